@@ -1,0 +1,36 @@
+# Language, flags, warnings, sanitizers and the compiler cache, for everything that is compiled here.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type." FORCE)
+endif()
+# CMake's own -O3 makes the code of gRPC and Eigen users larger and their build slower without making a step faster.
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+
+# A fused multiply-add rounds once where the source says twice, and the compiler is free to fuse or not in each
+# function: the same world must have the same bits whatever was inlined where.
+add_compile_options(-ffp-contract=off)
+
+if(GENPHYS_SANITIZER)
+  add_compile_options(-fsanitize=${GENPHYS_SANITIZER} -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${GENPHYS_SANITIZER})
+  if(GENPHYS_SANITIZER MATCHES "undefined")
+    # Without it a finding is a line of text in a test that passes.
+    add_compile_options(-fno-sanitize-recover=all)
+  endif()
+endif()
+
+find_program(GENPHYS_CCACHE ccache)
+if(GENPHYS_CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
+  # Paths relative to the tree and no working directory in the key: presets and clones share one cache.
+  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${CMAKE_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${GENPHYS_CCACHE}")
+endif()
+
+add_library(genphys_warnings INTERFACE)
+target_compile_options(genphys_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GENPHYS_WERROR}>:-Werror>)

@@ -1,0 +1,24 @@
+# Every library from outside, found once. docs/decisions/ says why each was taken.
+
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+
+# The module comes first: Debian 12 ships no protobuf-config.cmake, and gRPC's own configuration expects its targets.
+find_package(Protobuf REQUIRED)
+find_package(gRPC CONFIG REQUIRED)
+find_package(absl CONFIG REQUIRED)
+find_package(Eigen3 3.4 CONFIG REQUIRED)
+find_package(spdlog CONFIG REQUIRED)
+find_package(CLI11 CONFIG REQUIRED)
+pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+
+# Users of a clone and the tests run Debian's interpreter, for it is the one that Debian's grpc module is installed for.
+set(GENPHYS_PYTHON "/usr/bin/python3" CACHE FILEPATH "The Python interpreter that runs checks and Python tests.")
+
+if(GENPHYS_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(GENPHYS_BENCH)
+  find_package(benchmark CONFIG REQUIRED)
+endif()
