@@ -33,4 +33,4 @@ endif()
 
 add_library(genphys_warnings INTERFACE)
 target_compile_options(genphys_warnings INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GENPHYS_WERROR}>:-Werror>)
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wno-missing-field-initializers $<$<BOOL:${GENPHYS_WERROR}>:-Werror>)

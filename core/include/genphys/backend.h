@@ -1,0 +1,86 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "genphys/capabilities.h"
+#include "genphys/contact.h"
+#include "genphys/entity.h"
+#include "genphys/inertia.h"
+#include "genphys/pair_rule.h"
+#include "genphys/query.h"
+#include "genphys/state.h"
+#include "genphys/status.h"
+#include "genphys/stepper.h"
+
+namespace genphys {
+
+/// The engine gave up inside a call. The world that threw it is beyond use; others are not affected.
+class EngineFault : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// One physical entity as an engine needs it. References live for the call only.
+struct BodyDesc {
+  EntityRow row{};
+  EntityId id;
+  const RigidBody& body;                    // validated, materials filled
+  const MassProperties& mass;               // meaningful for dynamic bodies
+  std::span<const GeometryRow> geometries;  // parallel to body.geometries
+};
+
+/// One engine's worth of one world. Called by one thread at a time. Every argument has been validated and checked
+/// against the engine's capabilities. The layer owns gravity, forces, damping, gyroscopic terms, restitution,
+/// sleeping and the motion of kinematic bodies: the engine finds contact points, solves contacts, and moves bodies
+/// with the solved velocities. Any call may throw EngineFault; the layer then discards this object.
+class BackendWorld {
+ public:
+  virtual ~BackendWorld() = default;
+
+  /// Adds a body at the pose and velocity of its row in `state`, active. Order of calls is order of ids.
+  virtual void AddBody(const BodyDesc& desc, const StateArrays& state) = 0;
+  virtual void RemoveBody(EntityRow row) = 0;
+
+  /// Inactive bodies are kept for queries and for active ones to touch, weigh infinitely much, and do not move; two
+  /// inactive ones are not tested against each other.
+  virtual void SetActive(std::span<const EntityRow> rows, bool active) = 0;
+
+  /// Takes pose and velocity of `rows` from `state`.
+  virtual void WriteState(std::span<const EntityRow> rows, const StateArrays& state) = 0;
+
+  virtual void SetStepper(const StepperSettings& settings) = 0;
+
+  /// Overwrites `contacts` with all points of pairs that `rule` does not ignore and of which at least one side is
+  /// active and not static, at the current poses, in canonical order.
+  virtual void Collide(const PairRule& rule, ContactBuffer& contacts) = 0;
+
+  /// Solves `contacts` (as left by Collide) and moves the dynamic `rows` (active, ascending) by `step_size` seconds:
+  /// reads velocities of `rows` from `state`, overwrites pose and velocity there, and fills in the impulses.
+  /// Velocities include this step's gravity and forces already. Kinematic bodies push with their velocity in `state`;
+  /// the layer moves them. Sensor pairs push nothing.
+  virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state,
+                     ContactBuffer& contacts) = 0;
+
+  /// Closest hit per ray among geometries that `rule` lets a ray with `collides_with_bits` see.
+  virtual void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
+                        std::span<RayHit> hits) = 0;
+
+  /// Appends all private state that the future depends on beyond what the layer knows (seeds, cached impulses).
+  virtual void SaveState(std::string& bytes) const = 0;
+};
+
+/// One engine, able to make worlds. Stateless and shared by all threads.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual const Capabilities& capabilities() const = 0;
+  /// What a quality preset means here, and what `automatic` chooses.
+  virtual StepperSettings Resolve(const StepperDesc& stepper) const = 0;
+  virtual std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings& settings) const = 0;
+  /// Called once before the first world: OK if the engine as linked behaves as the adapter needs it to.
+  virtual Status SelfTest() const = 0;
+};
+
+}  // namespace genphys

@@ -1,0 +1,111 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "genphys/entity.h"
+#include "genphys/ids.h"
+#include "genphys/math.h"
+#include "genphys/stepper.h"
+
+namespace genphys {
+
+/// In which coordinates a vector is given.
+enum class Coordinates : uint8_t { kWorld, kEntity };
+
+/// Parts of an EntityDesc that an update can name; combined as bits.
+enum class EntityField : uint32_t {
+  kDisplayName = 1u << 0,
+  kPose = 1u << 1,
+  kVisual = 1u << 2,
+  kRigidBody = 1u << 3,  // all of it: set, replaced or (when unset in the update) removed
+  kMotionType = 1u << 4,
+  kGeometries = 1u << 5,
+  kInertia = 1u << 6,
+  kAutoDisable = 1u << 7,
+  kLinearVelocity = 1u << 8,
+  kAngularVelocity = 1u << 9,
+  kLinearDamping = 1u << 10,
+  kAngularDamping = 1u << 11,
+};
+
+struct EntityFields {
+  uint32_t bits = 0;
+  void Add(EntityField field) { bits |= static_cast<uint32_t>(field); }
+  bool Has(EntityField field) const { return (bits & static_cast<uint32_t>(field)) != 0; }
+  bool operator==(const EntityFields&) const = default;
+};
+
+struct CreateEntity {
+  EntityDesc entity;
+};
+
+/// Replaces the named `fields` of a live entity by those of `entity`.
+struct UpdateEntity {
+  EntityId id;
+  EntityDesc entity;
+  EntityFields fields;
+};
+
+struct DeleteEntity {
+  EntityId id;
+};
+
+/// A force and torque, said in full: nothing about it is left to an engine's habit.
+struct ApplyForce {
+  EntityId id;
+  Vector3 force = Vector3::Zero();   // N
+  Vector3 torque = Vector3::Zero();  // N*m
+  std::optional<Vector3> point;      // m; unset: the centre of mass. A world point moves with the entity from then on
+  Coordinates coordinates = Coordinates::kWorld;  // of force, torque and point
+  uint32_t steps = 1;                             // how many steps it acts
+  bool replace = false;                           // drop this entity's other pending forces first
+};
+
+/// An instant change of momentum.
+struct ApplyImpulse {
+  EntityId id;
+  Vector3 linear = Vector3::Zero();   // N*s
+  Vector3 angular = Vector3::Zero();  // N*m*s
+  std::optional<Vector3> point;
+  Coordinates coordinates = Coordinates::kWorld;
+};
+
+struct SetVelocity {
+  EntityId id;
+  std::optional<Vector3> linear;   // of the centre of mass, m/s, world; unset: kept
+  std::optional<Vector3> angular;  // rad/s, world; unset: kept
+};
+
+struct SetPose {
+  EntityId id;
+  std::optional<Vector3> position;        // m, world; unset: kept
+  std::optional<Quaternion> orientation;  // unset: kept
+};
+
+struct SetGravity {
+  Vector3 gravity = Vector3::Zero();  // m/s^2
+};
+
+struct SetStepper {
+  StepperDesc stepper;
+};
+
+/// Moves the running world to another engine, state kept. "none" detaches it: nothing moves until one is attached.
+struct SetEngine {
+  std::string engine;  // short name, as in "ode"
+};
+
+/// Forces and torques in world coordinates at centres of mass, for one step: parallel columns. No torques: none.
+struct ApplyForceColumns {
+  std::vector<EntityId> ids;
+  std::vector<Vector3> forces;
+  std::vector<Vector3> torques;
+};
+
+/// The only way to change a world.
+using Command = std::variant<CreateEntity, UpdateEntity, DeleteEntity, ApplyForce, ApplyImpulse, SetVelocity, SetPose,
+                             SetGravity, SetStepper, SetEngine, ApplyForceColumns>;
+
+}  // namespace genphys

@@ -1,0 +1,54 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "genphys/ids.h"
+#include "genphys/material.h"
+#include "genphys/math.h"
+
+namespace genphys {
+
+/// Geometries count in one dense list per world; a backend hands these numbers back in contacts and ray hits.
+enum class GeometryRow : uint32_t {};
+
+constexpr uint32_t Index(GeometryRow row) { return static_cast<uint32_t>(row); }
+
+/// One point of a touching or nearly touching pair, at the pose for which Collide() was called.
+struct ContactPoint {
+  Vector3 position = Vector3::Zero();          // m, world
+  Vector3 normal = Vector3::UnitZ();           // unit length, from entity a towards entity b, world
+  double depth = 0;                            // m; negative is a gap
+  double friction = 0;                         // Coulomb coefficient that Solve() uses; the layer fills it before
+  double normal_impulse = 0;                   // N*s on b along the normal, of the last Solve(); zero before it
+  Vector3 friction_impulse = Vector3::Zero();  // N*s on b, of the last Solve()
+  Vector3 relative_velocity =
+      Vector3::Zero();  // of b against a at the point, before the solve, m/s; the layer fills it
+};
+
+/// Two geometries whose points follow each other in ContactBuffer::points.
+struct ContactPair {
+  EntityRow entity_a{};  // has the smaller id
+  EntityRow entity_b{};
+  GeometryRow geometry_a{};
+  GeometryRow geometry_b{};
+  MixedMaterial material;
+  bool is_sensor = false;  // the engine must not push for it
+  uint32_t first_point = 0;
+  uint32_t point_count = 0;
+};
+
+/// What touches, in canonical order: by (id of a, id of b, geometry id in a, geometry id in b).
+struct ContactBuffer {
+  std::vector<ContactPair> pairs;
+  std::vector<ContactPoint> points;
+
+  void Clear() {
+    pairs.clear();
+    points.clear();
+  }
+};
+
+/// Pairs touch when a point is at least this deep (m), on every engine, or when it passed on an impulse.
+inline constexpr double kTouchingDepth = -1e-4;
+
+}  // namespace genphys

@@ -1,0 +1,99 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "genphys/command.h"
+#include "genphys/entity.h"
+#include "genphys/ids.h"
+#include "genphys/math.h"
+
+namespace genphys {
+
+/// Which kinds a world records. What it does not record is not computed and gets no number.
+struct EventKinds {
+  bool contacts = true;              // began, ended
+  bool persisting_contacts = false;  // one per touching pair and step
+  bool contact_points = true;        // points inside began and persisted
+  bool sensors = true;
+  bool sleeping = true;
+  bool changes = true;  // entities created, updated, deleted
+  bool operator==(const EventKinds&) const = default;
+};
+
+/// A contact point as told to the outside: from entity a towards entity b.
+struct EventContactPoint {
+  Vector3 position = Vector3::Zero();
+  Vector3 normal = Vector3::UnitZ();
+  double depth = 0;
+  double normal_impulse = 0;
+  Vector3 friction_impulse = Vector3::Zero();
+  Vector3 relative_velocity = Vector3::Zero();
+  double friction = 0;
+  double restitution = 0;
+  uint32_t geometry_a = 0;
+  uint32_t geometry_b = 0;
+};
+
+/// entity_a has the smaller id.
+struct EntityPair {
+  EntityId a;
+  EntityId b;
+  auto operator<=>(const EntityPair&) const = default;
+};
+
+struct ContactBegan {
+  EntityPair pair;
+  std::vector<EventContactPoint> points;
+};
+struct ContactPersisted {
+  EntityPair pair;
+  std::vector<EventContactPoint> points;
+};
+struct ContactEnded {
+  EntityPair pair;
+};
+struct SensorEntered {
+  EntityId sensor;
+  EntityId visitor;
+};
+struct SensorLeft {
+  EntityId sensor;
+  EntityId visitor;
+};
+struct EntitySlept {
+  EntityId id;
+};
+struct EntityWoke {
+  EntityId id;
+};
+/// Left the bounds of the world: disabled at its last good pose.
+struct EntityFaulted {
+  EntityId id;
+};
+/// As it was at that moment, defaults filled in.
+struct EntityCreated {
+  EntityId id;
+  std::shared_ptr<const EntityDesc> entity;
+};
+struct EntityUpdated {
+  EntityId id;
+  std::shared_ptr<const EntityDesc> entity;
+  EntityFields fields;
+};
+struct EntityDeleted {
+  EntityId id;
+};
+
+/// The order of the alternatives is the canonical order of kinds within a step.
+using EventKind = std::variant<EntityCreated, EntityUpdated, EntityDeleted, ContactBegan, ContactPersisted,
+                               ContactEnded, SensorEntered, SensorLeft, EntityWoke, EntitySlept, EntityFaulted>;
+
+struct Event {
+  uint64_t sequence = 0;  // dense per world and epoch, from 1
+  uint64_t step = 0;      // steps taken when it was true
+  EventKind kind;
+};
+
+}  // namespace genphys

@@ -1,0 +1,34 @@
+#pragma once
+
+namespace genphys {
+
+/// What the model accepts, in SI units. The wire declares the same numbers as field options (a test compares them).
+struct Limits {
+  static constexpr double kMassMin = 1e-9;
+  static constexpr double kMassMax = 1e9;
+  static constexpr double kSizeMin = 1e-5;
+  static constexpr double kSizeMax = 1e5;
+  static constexpr double kPositionMax = 1e7;
+  static constexpr double kSpeedMax = 1e5;
+  static constexpr double kSpinMax = 1e4;
+  static constexpr double kStepSizeMin = 1e-6;
+  static constexpr double kStepSizeMax = 0.25;
+  static constexpr double kDensityMin = 1e-6;
+  static constexpr double kDensityMax = 1e5;
+  static constexpr double kFrictionMax = 1000;
+  static constexpr double kGravityMax = 1e4;
+  static constexpr double kForceMax = 1e12;
+  static constexpr double kDampingMax = 1e4;
+  static constexpr double kInertiaMax = 1e20;
+  static constexpr double kRestTimeMax = 1e6;
+  static constexpr double kRayLengthMax = 2e7;
+  /// How far the length of a quaternion or normal may be from one before it is refused; within, it is normalised.
+  static constexpr double kUnitLengthTolerance = 1e-3;
+  static constexpr unsigned kSubstepsMax = 64;
+  static constexpr unsigned kIterationsMax = 1000;
+  static constexpr unsigned kForceStepsMax = 1'000'000'000;
+  static constexpr unsigned kGeometriesMax = 256;
+  static constexpr unsigned kEntitiesMax = 1'000'000;
+};
+
+}  // namespace genphys

@@ -1,0 +1,29 @@
+#pragma once
+#include <optional>
+
+namespace genphys {
+
+/// Surface and bulk properties. Unset fields take the world's defaults; a Scene holds none unset.
+struct Material {
+  std::optional<double> friction;          // Coulomb coefficient at rest, default 0.5
+  std::optional<double> kinetic_friction;  // Coulomb coefficient while sliding, default: as friction
+  std::optional<double> restitution;       // speed of separation over speed of approach, 0..1, default 0
+  std::optional<double> density;           // kg/m^3, default 1000
+  bool operator==(const Material&) const = default;
+};
+
+/// `material` with every unset field taken from `defaults`, and what that lacks from the defaults in the comments
+/// above.
+Material Filled(const Material& material, const Material& defaults);
+
+/// What two touching surfaces have in common: the geometric mean of each coefficient.
+struct MixedMaterial {
+  double friction = 0;
+  double kinetic_friction = 0;
+  double restitution = 0;
+};
+
+/// Both materials must be filled.
+MixedMaterial Mix(const Material& a, const Material& b);
+
+}  // namespace genphys

@@ -1,0 +1,58 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "genphys/contact.h"
+#include "genphys/entity.h"
+
+namespace genphys {
+
+/// What a pair of geometries may do to each other, decided by the layer so that every engine decides alike.
+class PairRule final {
+ public:
+  enum class Verdict : uint8_t { kIgnore, kSensor, kCollide };
+
+  /// What the rule must know of one geometry.
+  struct GeometryInfo {
+    EntityRow entity{};
+    EntityId entity_id;        // null: a hole
+    uint32_t geometry_id = 0;  // unique in its entity
+    Material material;         // filled
+    uint64_t category_bits = 0;
+    uint64_t collides_with_bits = 0;
+    uint32_t space = 0;  // root of its collision space; zero: none
+    bool is_sensor = false;
+    bool is_static = false;   // of a static entity
+    bool is_dynamic = false;  // of a dynamic entity
+  };
+
+  /// Symmetric: each side must be in the other's mask; members of one space and of one entity ignore each other,
+  /// and so do two geometries neither of which is dynamic, unless one is a sensor and they are not both static.
+  Verdict Decide(GeometryRow a, GeometryRow b) const;
+
+  /// Whether a ray that collides with `bits` sees this geometry. Sensors are never seen.
+  bool SeenByRay(GeometryRow geometry, uint64_t bits) const;
+
+  MixedMaterial Mixed(GeometryRow a, GeometryRow b) const;
+
+  /// True if `a` belongs before `b` in canonical order: by entity id, then geometry id.
+  bool Before(GeometryRow a, GeometryRow b) const;
+
+  const GeometryInfo& info(GeometryRow row) const { return infos_[Index(row)]; }
+
+  /// Registers the geometries of one entity and returns their rows, in the order given.
+  std::vector<GeometryRow> Add(EntityRow entity, EntityId id, const RigidBody& body);
+  void Remove(std::span<const GeometryRow> rows);
+
+ private:
+  uint32_t SpaceRoot(const std::string& collision_space);
+
+  std::vector<GeometryInfo> infos_;
+  std::vector<GeometryRow> free_;
+  std::unordered_map<std::string, uint32_t> space_roots_;
+};
+
+}  // namespace genphys

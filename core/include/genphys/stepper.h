@@ -1,0 +1,28 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+namespace genphys {
+
+enum class Solver : uint8_t { kAutomatic, kIterative, kDirect };
+enum class Quality : uint8_t { kFast, kBalanced, kAccurate };
+
+/// How a world moves. It can be changed between any two steps.
+struct StepperDesc {
+  double step_size = 1.0 / 60;  // s
+  Quality quality = Quality::kBalanced;
+  Solver solver = Solver::kAutomatic;
+  std::optional<uint32_t> substeps;    // unset: the preset's
+  std::optional<uint32_t> iterations;  // per substep; unset: the preset's
+  bool operator==(const StepperDesc&) const = default;
+};
+
+/// A stepper with nothing left open, as an engine takes it.
+struct StepperSettings {
+  Solver solver = Solver::kIterative;
+  uint32_t substeps = 1;
+  uint32_t iterations = 20;
+  bool operator==(const StepperSettings&) const = default;
+};
+
+}  // namespace genphys

@@ -1,0 +1,134 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "genphys/backend.h"
+#include "genphys/command.h"
+#include "genphys/event.h"
+#include "genphys/layer_state.h"
+#include "genphys/query.h"
+#include "genphys/registry.h"
+#include "genphys/scene.h"
+#include "genphys/state.h"
+#include "genphys/status.h"
+
+namespace genphys {
+
+/// Where a step's work went: EXPLAIN for physics. Of the last Step().
+struct StepStats {
+  struct Stage {
+    std::string_view name;
+    uint64_t nanoseconds = 0;
+  };
+  uint32_t entities_asleep = 0;
+  uint32_t entities_in_engine = 0;
+  uint32_t pairs = 0;     // touching or nearly so
+  uint32_t contacts = 0;  // points
+  std::vector<Stage> stages;
+};
+
+/// One isolated world: changed only by Apply() and Step(), read only through its columns, contacts and events.
+/// Not thread-safe; different worlds are independent.
+class World {
+ public:
+  /// `registry` must outlive the world.
+  static Result<std::unique_ptr<World>> Create(const BackendRegistry& registry, const WorldDesc& desc);
+  ~World();
+
+  /// Applies all `commands` in order at the current step boundary, or none: the first that is not valid is refused
+  /// with the path commands[i].<field> and nothing has changed. Returns, per command, the id it created or null.
+  Result<std::vector<EntityId>> Apply(std::span<const Command> commands);
+
+  /// Advances by one step of `step_size` seconds (unset: the stepper's). DIVERGED faults the world: it can be read and
+  /// reset, not stepped.
+  Status Step(std::optional<double> step_size = std::nullopt);
+
+  /// Back to step 0, with the entities that were there before the first step as they were then.
+  void Reset();
+
+  const Scene& scene() const { return scene_; }
+  const StateArrays& state() const { return state_; }
+  const LayerState& layer_state() const { return layer_; }
+  /// Contact points at the current poses, with the impulses of the step that led here where it is known.
+  const ContactBuffer& contacts() const { return contacts_; }
+  bool faulted() const { return faulted_; }
+  uint32_t entity_count() const { return entity_count_; }
+
+  /// What was recorded since the last call, in canonical order; the caller keeps it.
+  std::vector<Event> TakeEvents();
+
+  /// The entity as it is now: description with current pose and velocities.
+  Result<EntityDesc> Describe(EntityId id) const;
+  /// OK if `id` names a living entity, else ENTITY_NOT_FOUND or STALE_ID.
+  Status CheckId(EntityId id, std::string_view field) const;
+
+  /// Closest hits of `rays` among geometries in `collides_with_bits`. UNSUPPORTED_FEATURE without an engine that can.
+  Result<std::vector<RayHit>> CastRays(std::span<const Ray> rays, uint64_t collides_with_bits = ~uint64_t{0});
+
+  /// Hash of description, columns, layer state and the engine's private state: equal hashes, equal futures.
+  uint64_t StateHash() const;
+
+  /// Steps fill `stats` only while this is on.
+  void set_record_stats(bool on) { record_stats_ = on; }
+  const StepStats& stats() const { return stats_; }
+
+ private:
+  friend class CommandValidator;  // reads the registry
+  friend class StepRun;           // one step, as long as it runs
+
+  World(const BackendRegistry& registry, const WorldDesc& desc);
+
+  // Commands, one each (world_apply.cc).
+  EntityId Create(std::shared_ptr<const EntityDesc> desc, const MassProperties& mass);
+  void Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc> desc, const MassProperties& mass);
+  void Delete(EntityId id);
+  void Push(const ApplyForce& command);
+  void Kick(const ApplyImpulse& command);
+  void SetVelocityNow(const SetVelocity& command);
+  void SetPoseNow(const SetPose& command);
+  void ApplyOne(const Command& command);
+  void Grow();
+  void AttachBody(EntityRow row);
+  void DetachBody(EntityRow row);
+  void Revive(EntityRow row);
+
+  // Engine and activity (world.cc).
+  void RebuildEngine();
+  void AddToEngine(EntityRow row);
+  bool ShouldBeActive(EntityRow row) const;
+  void UpdateActive(EntityRow row);
+  void Wake(EntityRow row);
+  void WakeIslandOf(EntityRow row);
+  void WakeNeighboursOf(EntityRow row);
+  void WakeAll();
+  void Record(EventKind kind);
+  void RecordEnd(const TouchingPair& touching);
+  void RecordWoken();
+  Status Diverged(std::string_view why);
+
+  const BackendRegistry& registry_;
+  Scene scene_;
+  StateArrays state_;
+  LayerState layer_;
+  ContactBuffer contacts_;
+  PairRule rule_;
+  std::vector<std::vector<GeometryRow>> geometry_rows_;  // by entity row
+  const Backend* backend_ = nullptr;
+  std::unique_ptr<BackendWorld> engine_;
+  // Whom the engine moves or tests against others: follows from columns and layer state.
+  std::vector<uint8_t> active_;
+  std::vector<EntityId> woken_;  // not told yet
+  bool contacts_stale_ = true;   // something moved, came or changed since the last Collide()
+  bool faulted_ = false;
+  uint32_t entity_count_ = 0;
+  bool record_stats_ = false;
+  StepStats stats_;
+  std::vector<Event> events_;
+  struct Initial;
+  std::unique_ptr<Initial> initial_;  // as of the first step
+};
+
+}  // namespace genphys

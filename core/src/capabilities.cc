@@ -1,0 +1,35 @@
+#include "genphys/capabilities.h"
+
+#include <array>
+#include <utility>
+
+namespace genphys {
+
+std::string_view NameOf(Feature feature) {
+  static constexpr std::array<std::string_view, static_cast<size_t>(Feature::kCount)> kNames{
+      "unspecified",          "shape_sphere",    "shape_box",         "shape_capsule",
+      "shape_cylinder",       "shape_plane",     "shape_convex_hull", "shape_triangle_mesh",
+      "shape_heightfield",    "contacts",        "ray_casts",         "sensors",
+      "solver_iterative",     "solver_direct",   "joint_ball",        "joint_hinge",
+      "joint_slider",         "joint_universal", "joint_fixed",       "error_correction",
+      "continuous_collision", "exact_snapshot"};
+  return kNames[static_cast<size_t>(feature)];
+}
+
+Feature FeatureOf(const Shape& shape) {
+  struct Visitor {
+    Feature operator()(const Sphere&) const { return Feature::kShapeSphere; }
+    Feature operator()(const Box&) const { return Feature::kShapeBox; }
+    Feature operator()(const Capsule&) const { return Feature::kShapeCapsule; }
+    Feature operator()(const Cylinder&) const { return Feature::kShapeCylinder; }
+    Feature operator()(const Plane&) const { return Feature::kShapePlane; }
+  };
+  return std::visit(Visitor{}, shape);
+}
+
+Capabilities::Capabilities(std::string engine, std::string version, std::initializer_list<Feature> features)
+    : engine_(std::move(engine)), version_(std::move(version)) {
+  for (Feature feature : features) features_.set(static_cast<size_t>(feature));
+}
+
+}  // namespace genphys

@@ -1,0 +1,67 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "genphys/command.h"
+#include "genphys/scene.h"
+#include "genphys/status.h"
+
+namespace genphys {
+
+class World;
+
+/// An entity that a command creates or changes: valid, filled in, with what follows from it.
+struct PreparedEntity {
+  std::shared_ptr<const EntityDesc> desc;
+  MassProperties mass;
+};
+
+/// Checks a batch against the world as the earlier commands of the batch will leave it, so that applying it afterwards
+/// cannot fail half-way. Changes nothing.
+class CommandValidator {
+ public:
+  explicit CommandValidator(const World& world) : world_(world), settings_(WorldSettings(world)) {}
+
+  /// OK, or the first refusal with the path commands[i].<command>.<field>.
+  Status Check(std::span<const Command> commands);
+
+  /// One per CreateEntity and UpdateEntity of the batch, in order.
+  std::vector<PreparedEntity>& prepared() { return prepared_; }
+
+ private:
+  // Of the world's description, without copying its entities.
+  static WorldDesc WorldSettings(const World& world);
+
+  Status operator()(const CreateEntity& command);
+  Status operator()(const UpdateEntity& command);
+  Status operator()(const DeleteEntity& command);
+  Status operator()(const ApplyForce& command);
+  Status operator()(const ApplyImpulse& command);
+  Status operator()(const SetVelocity& command);
+  Status operator()(const SetPose& command);
+  Status operator()(const SetGravity& command);
+  Status operator()(const SetStepper& command);
+  Status operator()(const SetEngine& command);
+  Status operator()(const ApplyForceColumns& command);
+
+  /// The entity as the batch leaves it so far, or why `id` names none.
+  Result<const EntityDesc*> Find(EntityId id, std::string_view field) const;
+  Status CheckDynamic(EntityId id, std::string_view field) const;
+  Status Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const;
+  Status CheckEngine(const std::string& name) const;
+
+  const World& world_;
+  WorldDesc settings_;
+  // What the batch has changed: null once deleted.
+  std::map<EntityId, std::shared_ptr<const EntityDesc>> changed_;
+  uint32_t created_ = 0;
+  std::vector<PreparedEntity> prepared_;
+};
+
+/// `current` with the named fields of `update`.
+EntityDesc Merged(const EntityDesc& current, const UpdateEntity& update);
+
+}  // namespace genphys

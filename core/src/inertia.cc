@@ -1,0 +1,140 @@
+#include "genphys/inertia.h"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+namespace genphys {
+namespace {
+
+using std::numbers::pi;
+
+// Rounding in a tensor that a client computed itself must not make a flat plate impossible.
+constexpr double kTriangleSlack = 1e-6;
+// Relative difference of principal moments below which rotation without torque is taken as uniform.
+constexpr double kSphericalTolerance = 1e-12;
+
+Matrix3 Diagonal(double x, double y, double z) { return Vector3(x, y, z).asDiagonal(); }
+
+// Parallel axis theorem: the tensor of mass m moved by d.
+Matrix3 Steiner(double mass, const Vector3& d) {
+  return mass * (d.squaredNorm() * Matrix3::Identity() - d * d.transpose());
+}
+
+struct VolumeOf {
+  double operator()(const Sphere& s) const { return 4.0 / 3.0 * pi * s.radius * s.radius * s.radius; }
+  double operator()(const Box& b) const { return 8 * b.half_extents.prod(); }
+  double operator()(const Capsule& c) const {
+    return pi * c.radius * c.radius * (2 * c.half_length + 4.0 / 3.0 * c.radius);
+  }
+  double operator()(const Cylinder& c) const { return 2 * pi * c.radius * c.radius * c.half_length; }
+  double operator()(const Plane&) const { return 0; }
+};
+
+// Closed forms for solids of uniform density, as in any table of moments of inertia (e.g. Goldstein, Classical
+// Mechanics, ch. 5); the capsule is a cylinder and two half balls moved outwards by Steiner's theorem.
+struct TensorOf {
+  Matrix3 operator()(const Sphere& s) const {
+    const double moment = 0.4 * VolumeOf{}(s)*s.radius * s.radius;
+    return Diagonal(moment, moment, moment);
+  }
+  Matrix3 operator()(const Box& b) const {
+    const Vector3 sq = b.half_extents.cwiseAbs2();
+    return VolumeOf{}(b) / 3 * Diagonal(sq.y() + sq.z(), sq.x() + sq.z(), sq.x() + sq.y());
+  }
+  Matrix3 operator()(const Cylinder& c) const {
+    const double volume = VolumeOf{}(c);
+    const double across = volume * (c.radius * c.radius / 4 + c.half_length * c.half_length / 3);
+    return Diagonal(across, across, volume * c.radius * c.radius / 2);
+  }
+  Matrix3 operator()(const Capsule& c) const {
+    const double r = c.radius, h = c.half_length;
+    const Matrix3 middle = (*this)(Cylinder{r, h});
+    const double caps = 4.0 / 3.0 * pi * r * r * r;
+    const double along = 0.4 * caps * r * r;
+    // A half ball about its flat centre has 2/5 m r^2; its own centre lies 3/8 r further out.
+    const double across = along + caps * (h * h + 0.75 * h * r);
+    return middle + Diagonal(across, across, along);
+  }
+  Matrix3 operator()(const Plane&) const { return Matrix3::Zero(); }
+};
+
+struct Sum {
+  double mass = 0;
+  Vector3 moment = Vector3::Zero();  // mass times position
+  Matrix3 about_origin = Matrix3::Zero();
+};
+
+// Of all solid geometries at their densities, in the frame of the entity. Sensors weigh nothing.
+Sum SumOf(const std::vector<Geometry>& geometries) {
+  Sum sum;
+  for (const Geometry& geometry : geometries) {
+    if (geometry.is_sensor) continue;
+    const double density = *geometry.material.density;
+    const double mass = density * Volume(geometry.shape);
+    const Vector3& at = geometry.pose_in_entity.position;
+    const Matrix3 rotation = geometry.pose_in_entity.orientation.toRotationMatrix();
+    sum.mass += mass;
+    sum.moment += mass * at;
+    sum.about_origin +=
+        density * rotation * UnitDensityTensor(geometry.shape) * rotation.transpose() + Steiner(mass, at);
+  }
+  return sum;
+}
+
+bool IsSpherical(const Matrix3& tensor) {
+  const double mean = tensor.trace() / 3;
+  return (tensor - mean * Matrix3::Identity()).cwiseAbs().maxCoeff() <= kSphericalTolerance * mean;
+}
+
+}  // namespace
+
+double Volume(const Shape& shape) { return std::visit(VolumeOf{}, shape); }
+
+Matrix3 UnitDensityTensor(const Shape& shape) { return std::visit(TensorOf{}, shape); }
+
+Status CheckTensor(const Matrix3& tensor, std::string_view field) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(tensor, Eigen::EigenvaluesOnly);
+  const Vector3 moments = solver.eigenvalues();  // ascending
+  // Principal moments far below the largest are lost in rounding and would make the inverse meaningless.
+  if (!(moments[0] > 1e-12 * moments[2])) {
+    return Refuse(Reason::kInvalidValue, field, "the inertia tensor is not positive definite");
+  }
+  if (moments[0] + moments[1] < moments[2] * (1 - kTriangleSlack)) {
+    return Refuse(Reason::kInvalidValue, field,
+                  "no body has these principal moments: the sum of two is never less than the third");
+  }
+  return absl::OkStatus();
+}
+
+Result<MassProperties> ComputeMassProperties(const RigidBody& body) {
+  const Sum sum = SumOf(body.geometries);
+  const InertiaDesc& given = body.inertia;
+  MassProperties result;
+  if (!given.mass && !(sum.mass > 0)) {
+    return Refuse(Reason::kMissingField, "inertia.mass",
+                  "a dynamic body without a solid shape that has volume needs inertia.mass");
+  }
+  result.mass = given.mass.value_or(sum.mass);
+  const Vector3 center_of_shapes = sum.mass > 0 ? Vector3(sum.moment / sum.mass) : Vector3(Vector3::Zero());
+  result.center_of_mass = given.center_of_mass.value_or(center_of_shapes);
+  if (given.tensor) {
+    GENPHYS_RETURN_IF_ERROR(CheckTensor(*given.tensor, "inertia.tensor"));
+    result.tensor = *given.tensor;
+  } else if (sum.mass > 0) {
+    // The same form about the centre that was asked for, scaled to the mass that was asked for.
+    const Matrix3 central = sum.about_origin - Steiner(sum.mass, center_of_shapes);
+    result.tensor = central * (result.mass / sum.mass) + Steiner(result.mass, result.center_of_mass - center_of_shapes);
+  } else {
+    return Refuse(Reason::kMissingField, "inertia.tensor",
+                  "a dynamic body without a solid shape that has volume needs inertia.tensor");
+  }
+  result.tensor = (0.5 * (result.tensor + result.tensor.transpose())).eval();
+  result.inverse_tensor = result.tensor.inverse();
+  result.spherical = IsSpherical(result.tensor);
+  return result;
+}
+
+}  // namespace genphys

@@ -1,0 +1,13 @@
+#pragma once
+#include "genphys/world.h"
+
+namespace genphys {
+
+/// What a world was before its first step: what a reset brings back.
+struct World::Initial {
+  Scene scene;
+  StateArrays state;
+  LayerState layer;
+};
+
+}  // namespace genphys

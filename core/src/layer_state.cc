@@ -1,0 +1,76 @@
+#include "genphys/layer_state.h"
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "serialize.h"
+
+namespace genphys {
+
+EntityId IdAllocator::Allocate() {
+  if (free_slots.empty()) {
+    generations.push_back(0);
+    return EntityId(static_cast<uint32_t>(generations.size()) - 1, 0);
+  }
+  std::pop_heap(free_slots.begin(), free_slots.end(), std::greater<>());
+  const uint32_t slot = free_slots.back();
+  free_slots.pop_back();
+  return EntityId(slot, generations[slot]);
+}
+
+void IdAllocator::Free(EntityId id) {
+  const uint32_t slot = id.index();
+  // The last generation is never handed out, so that a stale id stays tellable from one of the future.
+  if (++generations[slot] == std::numeric_limits<uint32_t>::max()) return;
+  free_slots.push_back(slot);
+  std::push_heap(free_slots.begin(), free_slots.end(), std::greater<>());
+}
+
+namespace {
+
+void Put(ByteWriter& out, const EntityPair& value) {
+  const auto& [a, b] = value;
+  out.Put(a.packed());
+  out.Put(b.packed());
+}
+
+void Put(ByteWriter& out, const TouchingPair& value) {
+  const auto& [pair, is_sensor, a_is_sensor] = value;
+  Put(out, pair);
+  out.Put(is_sensor);
+  out.Put(a_is_sensor);
+}
+
+void Put(ByteWriter& out, const PendingForce& value) {
+  const auto& [id, force, torque, point, at_center_of_mass, coordinates, steps_left] = value;
+  out.Put(id.packed());
+  out.Put(force);
+  out.Put(torque);
+  out.Put(point);
+  out.Put(at_center_of_mass);
+  out.Put(static_cast<uint8_t>(coordinates));
+  out.Put(steps_left);
+}
+
+}  // namespace
+
+void Serialize(const LayerState& state, std::string& bytes) {
+  // Structured bindings name every field: one more in the struct does not compile until it is written here too.
+  const auto& [step, simulation_time, next_event_sequence, ids, rest_times, faulted, touching, forces] = state;
+  const auto& [generations, free_slots] = ids;
+  ByteWriter out(bytes);
+  out.Put(step);
+  out.Put(simulation_time);
+  out.Put(next_event_sequence);
+  out.PutColumn(generations);
+  out.PutColumn(free_slots);
+  out.PutColumn(rest_times);
+  out.PutColumn(faulted);
+  out.Put(uint64_t{touching.size()});
+  for (const TouchingPair& pair : touching) Put(out, pair);
+  out.Put(uint64_t{forces.size()});
+  for (const PendingForce& force : forces) Put(out, force);
+}
+
+}  // namespace genphys

@@ -1,0 +1,96 @@
+#include "sleeping.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace genphys {
+namespace {
+
+const RigidBody& BodyOf(const Scene& scene, uint32_t row) { return *scene.entities[row]->desc->rigid_body; }
+
+bool IsDynamic(const Scene& scene, uint32_t row) {
+  const auto& entity = scene.entities[row];
+  return entity && entity->desc->rigid_body && BodyOf(scene, row).motion_type == MotionType::kDynamic;
+}
+
+bool IsSlow(const StateArrays& state, uint32_t row, const AutoDisable& policy) {
+  return state.linear_velocities.col(row).norm() <= *policy.linear_speed_max &&
+         state.angular_velocities.col(row).norm() <= *policy.angular_speed_max;
+}
+
+// Union-find by path halving; the root of an island is its smallest row.
+class Islands {
+ public:
+  explicit Islands(uint32_t rows) : parent_(rows) { std::iota(parent_.begin(), parent_.end(), 0); }
+  uint32_t Find(uint32_t row) {
+    while (parent_[row] != row) row = parent_[row] = parent_[parent_[row]];
+    return row;
+  }
+  void Join(uint32_t a, uint32_t b) {
+    a = Find(a);
+    b = Find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+bool RestedEnough(const Scene& scene, const LayerState& layer, uint32_t row) {
+  const AutoDisable& policy = BodyOf(scene, row).auto_disable;
+  return *policy.enabled && layer.rest_times[row] >= *policy.rest_time;
+}
+
+}  // namespace
+
+std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
+                                   const std::vector<uint8_t>& active, double step_size, LayerState& layer) {
+  bool any = false;
+  for (EntityRow entity : rows) {
+    const uint32_t row = Index(entity);
+    const bool slow = IsSlow(state, row, BodyOf(scene, row).auto_disable);
+    layer.rest_times[row] = slow ? layer.rest_times[row] + step_size : 0;
+    any = any || RestedEnough(scene, layer, row);
+  }
+  if (!any) return {};
+
+  Islands islands(state.rows());
+  std::vector<uint8_t> restless(state.rows());
+  for (EntityRow row : rows) restless[Index(row)] = !RestedEnough(scene, layer, Index(row));
+  for (const TouchingPair& touching : layer.touching) {
+    if (touching.is_sensor) continue;
+    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+    const bool dynamic_a = IsDynamic(scene, a), dynamic_b = IsDynamic(scene, b);
+    if (dynamic_a && dynamic_b) {
+      islands.Join(a, b);
+    } else if (active[dynamic_a ? b : a]) {
+      restless[dynamic_a ? a : b] = true;  // it lies on something that moves
+    }
+  }
+  for (EntityRow row : rows) {
+    if (restless[Index(row)]) restless[islands.Find(Index(row))] = true;
+  }
+  std::vector<EntityRow> sleepers;
+  for (EntityRow row : rows) {
+    if (!restless[islands.Find(Index(row))]) sleepers.push_back(row);
+  }
+  return sleepers;
+}
+
+std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& state, const LayerState& layer,
+                                      EntityRow row) {
+  const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };
+  Islands islands(state.rows());
+  for (const TouchingPair& touching : layer.touching) {
+    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+    if (!touching.is_sensor && sleeps(a) && sleeps(b)) islands.Join(a, b);
+  }
+  std::vector<EntityRow> island;
+  const uint32_t root = islands.Find(Index(row));
+  for (uint32_t r = 0; r < state.rows(); ++r) {
+    if (r == Index(row) || (sleeps(r) && islands.Find(r) == root)) island.push_back(EntityRow{r});
+  }
+  return island;
+}
+
+}  // namespace genphys

@@ -1,0 +1,19 @@
+#pragma once
+#include <vector>
+
+#include "genphys/layer_state.h"
+#include "genphys/scene.h"
+#include "genphys/state.h"
+
+namespace genphys {
+
+/// Advances the rest times of the awake dynamic `rows` by `step_size` seconds and returns the rows of all islands
+/// (dynamic bodies joined by touching) in which every body has rested long enough, ascending.
+std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
+                                   const std::vector<uint8_t>& active, double step_size, LayerState& layer);
+
+/// `row` and every sleeping dynamic body that it reaches through touching sleepers, ascending.
+std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& state, const LayerState& layer,
+                                      EntityRow row);
+
+}  // namespace genphys

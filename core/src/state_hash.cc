@@ -1,0 +1,152 @@
+#include "state_hash.h"
+
+#include <xxhash.h>
+
+#include "serialize.h"
+
+namespace genphys {
+namespace {
+
+// Structured bindings throughout: a new field of a description does not compile until it is part of the hash.
+
+void Put(ByteWriter& out, const Sphere& shape) {
+  const auto& [radius] = shape;
+  out.Put(radius);
+}
+void Put(ByteWriter& out, const Box& shape) {
+  const auto& [half_extents] = shape;
+  out.Put(half_extents);
+}
+void Put(ByteWriter& out, const Capsule& shape) {
+  const auto& [radius, half_length] = shape;
+  out.Put(radius);
+  out.Put(half_length);
+}
+void Put(ByteWriter& out, const Cylinder& shape) {
+  const auto& [radius, half_length] = shape;
+  out.Put(radius);
+  out.Put(half_length);
+}
+void Put(ByteWriter& out, const Plane& shape) {
+  const auto& [normal, offset] = shape;
+  out.Put(normal);
+  out.Put(offset);
+}
+
+void Put(ByteWriter& out, const Pose& pose) {
+  const auto& [position, orientation] = pose;
+  out.Put(position);
+  out.Put(orientation);
+}
+
+void Put(ByteWriter& out, const Material& material) {
+  const auto& [friction, kinetic_friction, restitution, density] = material;
+  out.Put(friction);
+  out.Put(kinetic_friction);
+  out.Put(restitution);
+  out.Put(density);
+}
+
+void Put(ByteWriter& out, const AutoDisable& policy) {
+  const auto& [enabled, linear_speed_max, angular_speed_max, rest_time] = policy;
+  out.Put(enabled);
+  out.Put(linear_speed_max);
+  out.Put(angular_speed_max);
+  out.Put(rest_time);
+}
+
+void Put(ByteWriter& out, const Geometry& geometry) {
+  const auto& [id, shape, pose, material, category_bits, collides_with_bits, is_sensor, collision_space] = geometry;
+  out.Put(id);
+  out.Put(uint8_t(shape.index()));
+  std::visit([&](const auto& form) { Put(out, form); }, shape);
+  Put(out, pose);
+  Put(out, material);
+  out.Put(category_bits);
+  out.Put(collides_with_bits);
+  out.Put(is_sensor);
+  out.Put(std::string_view(collision_space));
+}
+
+void Put(ByteWriter& out, const RigidBody& body) {
+  const auto& [motion_type, geometries, inertia, auto_disable, linear_velocity, angular_velocity, linear_damping,
+               angular_damping] = body;
+  const auto& [mass, center_of_mass, tensor] = inertia;
+  out.Put(static_cast<uint8_t>(motion_type));
+  out.Put(uint64_t{geometries.size()});
+  for (const Geometry& geometry : geometries) Put(out, geometry);
+  out.Put(mass);
+  out.Put(center_of_mass);
+  out.Put(tensor);
+  Put(out, auto_disable);
+  out.Put(linear_velocity);
+  out.Put(angular_velocity);
+  out.Put(linear_damping);
+  out.Put(angular_damping);
+}
+
+void Put(ByteWriter& out, const EntityDesc& desc) {
+  const auto& [display_name, pose, rigid_body, visual] = desc;
+  out.Put(std::string_view(display_name));
+  Put(out, pose);
+  out.Put(rigid_body.has_value());
+  if (rigid_body) Put(out, *rigid_body);
+  out.Put(visual.has_value());
+  if (visual) {
+    const auto& [uri, media_type, data] = *visual;
+    out.Put(std::string_view(uri));
+    out.Put(std::string_view(media_type));
+    out.Put(std::string_view(data));
+  }
+}
+
+void Put(ByteWriter& out, const StepperDesc& stepper) {
+  const auto& [step_size, quality, solver, substeps, iterations] = stepper;
+  out.Put(step_size);
+  out.Put(static_cast<uint8_t>(quality));
+  out.Put(static_cast<uint8_t>(solver));
+  out.Put(substeps);
+  out.Put(iterations);
+}
+
+void Put(ByteWriter& out, const EventKinds& kinds) {
+  const auto& [contacts, persisting, points, sensors, sleeping, changes] = kinds;
+  for (bool kind : {contacts, persisting, points, sensors, sleeping, changes}) out.Put(kind);
+}
+
+}  // namespace
+
+void Serialize(const Scene& scene, std::string& bytes) {
+  const auto& [world, entities] = scene;
+  const auto& [engine, gravity, stepper, material, auto_disable, ground_plane, recorded, required] = world;
+  ByteWriter out(bytes);
+  out.Put(std::string_view(engine));
+  out.Put(gravity);
+  Put(out, stepper);
+  Put(out, material);
+  Put(out, auto_disable);
+  out.Put(ground_plane);
+  Put(out, recorded);
+  for (Feature feature : required) out.Put(static_cast<uint8_t>(feature));
+  out.Put(uint64_t{entities.size()});
+  for (const std::optional<SceneEntity>& entity : entities) {
+    out.Put(entity.has_value());
+    if (!entity) continue;
+    out.Put(entity->id.packed());
+    Put(out, *entity->desc);  // mass properties follow from it
+  }
+}
+
+void Serialize(const StateArrays& state, std::string& bytes) {
+  const auto& [ids, positions, orientations, linear, angular, forces, torques, asleep] = state;
+  ByteWriter out(bytes);
+  out.Put(uint64_t{ids.size()});
+  for (EntityId id : ids) out.Put(id.packed());
+  for (const StateArrays::Columns3* column : {&positions, &linear, &angular, &forces, &torques}) out.Put(*column);
+  out.Put(orientations);
+  out.PutColumn(asleep);
+}
+
+uint64_t HashBytes(const std::string& bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
+
+}  // namespace genphys

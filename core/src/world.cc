@@ -1,0 +1,224 @@
+#include "genphys/world.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cat.h"
+#include "genphys/limits.h"
+#include "initial_world.h"
+#include "sleeping.h"
+#include "state_hash.h"
+#include "validate.h"
+
+namespace genphys {
+namespace {
+
+EntityDesc GroundPlane() {
+  EntityDesc ground;
+  ground.display_name = "ground";
+  ground.rigid_body = RigidBody{.motion_type = MotionType::kStatic, .geometries = {Geometry{.shape = Plane{}}}};
+  return ground;
+}
+
+Status CheckWorld(const WorldDesc& desc) {
+  GENPHYS_RETURN_IF_ERROR(CheckVector(desc.gravity, Limits::kGravityMax, "gravity"));
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckStepper(desc.stepper), "stepper"));
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckMaterial(desc.default_material), "defaults.material"));
+  return WithFieldPrefix(CheckAutoDisable(desc.default_auto_disable), "defaults.auto_disable");
+}
+
+// A refusal inside the commands that a new world starts with, told by the field of the world that led to it.
+Status AboutWorld(const Status& status) {
+  const std::optional<Refusal> refusal = RefusalOf(status);
+  if (!refusal) return status;
+  if (refusal->field.starts_with("commands[1]")) return Refuse(refusal->reason, "ground_plane", MessageOf(status));
+  const bool about_solver = refusal->field.ends_with("stepper.solver");
+  return Refuse(refusal->reason, about_solver ? "stepper.solver" : "engine", MessageOf(status));
+}
+
+}  // namespace
+
+World::World(const BackendRegistry& registry, const WorldDesc& desc) : registry_(registry) {
+  scene_.world = desc;
+  scene_.world.engine = "none";
+}
+
+World::~World() = default;
+
+Result<std::unique_ptr<World>> World::Create(const BackendRegistry& registry, const WorldDesc& desc) {
+  GENPHYS_RETURN_IF_ERROR(CheckWorld(desc));
+  std::unique_ptr<World> world(new World(registry, desc));
+  std::vector<Command> start{SetEngine{desc.engine}};
+  // An engine that knows no planes still makes a usable world, one without a floor.
+  const Backend* backend = registry.Find(desc.engine);
+  const bool can_have_ground = backend == nullptr || backend->capabilities().Has(Feature::kShapePlane);
+  const bool ground_plane = desc.ground_plane.value_or(can_have_ground);
+  world->scene_.world.ground_plane = ground_plane;
+  if (ground_plane) start.push_back(CreateEntity{GroundPlane()});
+  const Result<std::vector<EntityId>> applied = world->Apply(start);
+  if (!applied.ok()) return AboutWorld(applied.status());
+  return world;
+}
+
+Status World::CheckId(EntityId id, std::string_view field) const {
+  if (id.is_null()) return Refuse(Reason::kMissingField, field, Cat(field, " is not set"));
+  const uint32_t slot = id.index();
+  if (slot < layer_.ids.generations.size()) {
+    const std::optional<SceneEntity>& tenant = scene_.entities[slot];
+    if (tenant && tenant->id == id) return absl::OkStatus();
+    if (id.generation() < layer_.ids.generations[slot]) {
+      return Refuse(Reason::kStaleId, field, Cat("entity ", id.packed(), " is gone"));
+    }
+  }
+  return Refuse(Reason::kEntityNotFound, field, Cat("there never was an entity ", id.packed()));
+}
+
+Result<EntityDesc> World::Describe(EntityId id) const {
+  GENPHYS_RETURN_IF_ERROR(CheckId(id, "entity_id"));
+  const uint32_t row = id.index();
+  EntityDesc desc = *scene_.entities[row]->desc;
+  desc.pose = state_.pose(EntityRow{row});
+  if (desc.rigid_body) {
+    desc.rigid_body->linear_velocity = state_.linear_velocities.col(row);
+    desc.rigid_body->angular_velocity = state_.angular_velocities.col(row);
+  }
+  return desc;
+}
+
+std::vector<Event> World::TakeEvents() { return std::exchange(events_, {}); }
+
+void World::Record(EventKind kind) { events_.push_back({layer_.next_event_sequence++, layer_.step, std::move(kind)}); }
+
+Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t collides_with_bits) {
+  if (engine_ == nullptr || !backend_->capabilities().Has(Feature::kRayCasts)) {
+    return UnsupportedFeature(Feature::kRayCasts, scene_.world.engine, "");
+  }
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const auto path = [&](std::string_view column) { return Cat(column, "[", i, "]"); };
+    GENPHYS_RETURN_IF_ERROR(CheckVector(rays[i].origin, Limits::kPositionMax, path("origins")));
+    GENPHYS_RETURN_IF_ERROR(CheckVector(rays[i].translation, Limits::kRayLengthMax, path("translations")));
+  }
+  std::vector<RayHit> hits(rays.size());
+  try {
+    engine_->CastRays(rule_, rays, collides_with_bits, hits);
+  } catch (const EngineFault& fault) {
+    return Diverged(fault.what());
+  }
+  return hits;
+}
+
+uint64_t World::StateHash() const {
+  std::string bytes;
+  Serialize(scene_, bytes);
+  Serialize(state_, bytes);
+  Serialize(layer_, bytes);
+  if (engine_ != nullptr) engine_->SaveState(bytes);
+  return HashBytes(bytes);
+}
+
+Status World::Diverged(std::string_view why) {
+  faulted_ = true;
+  // The engine is beyond use after a fault, and its columns were not taken over.
+  engine_.reset();
+  contacts_.Clear();
+  return Refuse(Reason::kDiverged, "",
+                Cat("step ", layer_.step + 1, " failed and was undone (", why, "); the world can be read and reset"));
+}
+
+void World::Reset() {
+  faulted_ = false;
+  events_.clear();
+  stats_ = {};
+  if (initial_ == nullptr) return;
+  scene_ = initial_->scene;
+  state_ = initial_->state;
+  layer_ = initial_->layer;
+  initial_.reset();
+  entity_count_ = static_cast<uint32_t>(
+      std::count_if(scene_.entities.begin(), scene_.entities.end(), [](const auto& e) { return e.has_value(); }));
+  rule_ = PairRule();
+  geometry_rows_.assign(scene_.entities.size(), {});
+  for (uint32_t row = 0; row < scene_.entities.size(); ++row) {
+    const std::optional<SceneEntity>& entity = scene_.entities[row];
+    if (entity && entity->desc->rigid_body) {
+      geometry_rows_[row] = rule_.Add(EntityRow{row}, entity->id, *entity->desc->rigid_body);
+    }
+  }
+  RebuildEngine();
+}
+
+void World::RebuildEngine() {
+  contacts_.Clear();
+  contacts_stale_ = true;
+  engine_.reset();
+  backend_ = registry_.Find(scene_.world.engine);
+  if (backend_ == nullptr) return;
+  engine_ = backend_->CreateWorld(backend_->Resolve(scene_.world.stepper));
+  std::vector<EntityRow> rows;
+  for (uint32_t row = 0; row < scene_.entities.size(); ++row) {
+    if (scene_.entities[row] && scene_.entities[row]->desc->rigid_body) rows.push_back(EntityRow{row});
+  }
+  std::sort(rows.begin(), rows.end(),
+            [&](EntityRow a, EntityRow b) { return state_.ids[Index(a)] < state_.ids[Index(b)]; });
+  for (EntityRow row : rows) AddToEngine(row);
+}
+
+bool World::ShouldBeActive(EntityRow entity) const {
+  const uint32_t row = Index(entity);
+  const auto& desc = scene_.entities[row];
+  if (!desc || !desc->desc->rigid_body || layer_.faulted[row]) return false;
+  switch (desc->desc->rigid_body->motion_type) {
+    case MotionType::kStatic:
+      return false;
+    case MotionType::kKinematic:
+      return !state_.linear_velocities.col(row).isZero(0) || !state_.angular_velocities.col(row).isZero(0);
+    case MotionType::kDynamic:
+      return !state_.asleep[row];
+  }
+  return false;
+}
+
+void World::AddToEngine(EntityRow row) {
+  const SceneEntity& entity = *scene_.entities[Index(row)];
+  engine_->AddBody({row, entity.id, *entity.desc->rigid_body, entity.mass, geometry_rows_[Index(row)]}, state_);
+  active_[Index(row)] = true;
+  UpdateActive(row);
+}
+
+void World::UpdateActive(EntityRow row) {
+  const bool should = ShouldBeActive(row);
+  if (should == static_cast<bool>(active_[Index(row)])) return;
+  active_[Index(row)] = should;
+  contacts_stale_ = true;
+  if (engine_ != nullptr && scene_.entities[Index(row)]->desc->rigid_body) engine_->SetActive({&row, 1}, should);
+}
+
+void World::Wake(EntityRow row) {
+  if (!state_.asleep[Index(row)] || layer_.faulted[Index(row)]) return;
+  state_.asleep[Index(row)] = false;
+  layer_.rest_times[Index(row)] = 0;
+  UpdateActive(row);
+  if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);
+}
+
+void World::WakeIslandOf(EntityRow row) {
+  layer_.rest_times[Index(row)] = 0;
+  if (!state_.asleep[Index(row)]) return;
+  for (EntityRow sleeper : SleepingIsland(scene_, state_, layer_, row)) Wake(sleeper);
+}
+
+void World::WakeNeighboursOf(EntityRow row) {
+  std::vector<EntityRow> neighbours;
+  for (const TouchingPair& touching : layer_.touching) {
+    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+    if (a == Index(row)) neighbours.push_back(EntityRow{b});
+    if (b == Index(row)) neighbours.push_back(EntityRow{a});
+  }
+  for (EntityRow neighbour : neighbours) WakeIslandOf(neighbour);
+}
+
+void World::WakeAll() {
+  for (uint32_t row = 0; row < state_.rows(); ++row) Wake(EntityRow{row});
+}
+
+}  // namespace genphys

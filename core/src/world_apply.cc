@@ -1,0 +1,281 @@
+// How commands change a world. All were validated as one batch before the first is applied, so nothing here can fail.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "command_validator.h"
+#include "free_rotation.h"
+#include "genphys/world.h"
+#include "initial_world.h"
+
+namespace genphys {
+namespace {
+
+// Parts of a description that the engine's body is made from.
+constexpr uint32_t kShapedBy =
+    static_cast<uint32_t>(EntityField::kRigidBody) | static_cast<uint32_t>(EntityField::kMotionType) |
+    static_cast<uint32_t>(EntityField::kGeometries) | static_cast<uint32_t>(EntityField::kInertia);
+
+Vector3 ToWorld(const Vector3& v, Coordinates coordinates, const Pose& pose) {
+  return coordinates == Coordinates::kEntity ? Vector3(pose.orientation * v) : v;
+}
+
+bool IsDynamic(const EntityDesc& desc) {
+  return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
+}
+
+}  // namespace
+
+Result<std::vector<EntityId>> World::Apply(std::span<const Command> commands) {
+  if (faulted_) return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read and reset");
+  CommandValidator validator(*this);
+  GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
+  std::vector<EntityId> created(commands.size());
+  try {
+    auto prepared = validator.prepared().begin();
+    for (size_t i = 0; i < commands.size(); ++i) {
+      if (std::holds_alternative<CreateEntity>(commands[i])) {
+        created[i] = Create(std::move(prepared->desc), (prepared++)->mass);
+      } else if (const UpdateEntity* update = std::get_if<UpdateEntity>(&commands[i])) {
+        Update(*update, std::move(prepared->desc), prepared->mass);
+        ++prepared;
+      } else {
+        ApplyOne(commands[i]);
+      }
+      RecordWoken();
+    }
+  } catch (const EngineFault& fault) {
+    return Diverged(fault.what());
+  }
+  return created;
+}
+
+void World::ApplyOne(const Command& command) {
+  if (const auto* remove = std::get_if<DeleteEntity>(&command)) {
+    Delete(remove->id);
+  } else if (const auto* force = std::get_if<ApplyForce>(&command)) {
+    Push(*force);
+  } else if (const auto* impulse = std::get_if<ApplyImpulse>(&command)) {
+    Kick(*impulse);
+  } else if (const auto* velocity = std::get_if<SetVelocity>(&command)) {
+    SetVelocityNow(*velocity);
+  } else if (const auto* pose = std::get_if<SetPose>(&command)) {
+    SetPoseNow(*pose);
+  } else if (const auto* gravity = std::get_if<SetGravity>(&command)) {
+    scene_.world.gravity = gravity->gravity;
+    WakeAll();
+  } else if (const auto* stepper = std::get_if<SetStepper>(&command)) {
+    scene_.world.stepper = stepper->stepper;
+    if (engine_ != nullptr) engine_->SetStepper(backend_->Resolve(stepper->stepper));
+  } else if (const auto* engine = std::get_if<SetEngine>(&command)) {
+    if (engine->engine == scene_.world.engine) return;
+    scene_.world.engine = engine->engine;
+    RebuildEngine();
+  } else if (const auto* columns = std::get_if<ApplyForceColumns>(&command)) {
+    for (size_t i = 0; i < columns->ids.size(); ++i) {
+      Push(ApplyForce{.id = columns->ids[i],
+                      .force = columns->forces[i],
+                      .torque = columns->torques.empty() ? Vector3(Vector3::Zero()) : columns->torques[i]});
+    }
+  }
+}
+
+EntityId World::Create(std::shared_ptr<const EntityDesc> desc, const MassProperties& mass) {
+  const EntityId id = layer_.ids.Allocate();
+  const uint32_t slot = id.index();
+  if (slot >= scene_.entities.size()) Grow();
+  const EntityRow row{slot};
+  ++entity_count_;
+  scene_.entities[slot] = SceneEntity{id, std::move(desc), mass};
+  state_.ids[slot] = id;
+  state_.set_pose(row, scene_.entities[slot]->desc->pose);
+  AttachBody(row);
+  if (scene_.world.recorded_events.changes) Record(EntityCreated{id, scene_.entities[slot]->desc});
+  return id;
+}
+
+void World::Grow() {
+  // Columns copy when they grow, so room is made for half as many again; rows without a tenant are holes.
+  const size_t rows = scene_.entities.size() * 3 / 2 + 1;
+  scene_.entities.resize(rows);
+  geometry_rows_.resize(rows);
+  layer_.rest_times.resize(rows);
+  layer_.faulted.resize(rows);
+  active_.resize(rows);
+  state_.Resize(static_cast<uint32_t>(rows));
+}
+
+void World::AttachBody(EntityRow entity) {
+  const uint32_t row = Index(entity);
+  const SceneEntity& scene_entity = *scene_.entities[row];
+  const auto& body = scene_entity.desc->rigid_body;
+  state_.linear_velocities.col(row) = body ? body->linear_velocity : Vector3(Vector3::Zero());
+  state_.angular_velocities.col(row) = body ? body->angular_velocity : Vector3(Vector3::Zero());
+  state_.net_forces.col(row).setZero();
+  state_.net_torques.col(row).setZero();
+  state_.asleep[row] = false;
+  layer_.faulted[row] = false;
+  layer_.rest_times[row] = 0;
+  active_[row] = false;
+  if (!body) return;
+  geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);
+  contacts_stale_ = true;
+  if (engine_ != nullptr) {
+    AddToEngine(entity);
+  } else {
+    active_[row] = ShouldBeActive(entity);
+  }
+  // What does not move by itself is tested against nothing that sleeps, so whatever it was put into must be awake.
+  if (body->motion_type != MotionType::kDynamic) WakeAll();
+}
+
+void World::DetachBody(EntityRow entity) {
+  const uint32_t row = Index(entity);
+  if (!scene_.entities[row]->desc->rigid_body) return;
+  WakeNeighboursOf(entity);
+  const EntityId id = state_.ids[row];
+  std::vector<TouchingPair> kept;
+  for (const TouchingPair& touching : layer_.touching) {
+    if (touching.pair.a != id && touching.pair.b != id) {
+      kept.push_back(touching);
+    } else {
+      RecordEnd(touching);
+    }
+  }
+  layer_.touching = std::move(kept);
+  std::erase_if(layer_.forces, [&](const PendingForce& force) { return force.id == id; });
+  rule_.Remove(geometry_rows_[row]);
+  geometry_rows_[row].clear();
+  if (engine_ != nullptr) engine_->RemoveBody(entity);
+  active_[row] = false;
+  // Contact points name rows that are gone now.
+  contacts_.Clear();
+  contacts_stale_ = true;
+}
+
+void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc> desc, const MassProperties& mass) {
+  const uint32_t slot = command.id.index();
+  const EntityRow row{slot};
+  SceneEntity& entity = *scene_.entities[slot];
+  const EntityFields& fields = command.fields;
+  if ((fields.bits & kShapedBy) != 0) {
+    const bool had_body = entity.desc->rigid_body.has_value();
+    const Vector3 linear = state_.linear_velocities.col(slot), angular = state_.angular_velocities.col(slot);
+    DetachBody(row);
+    entity.desc = std::move(desc);
+    entity.mass = mass;
+    AttachBody(row);
+    // A new body starts as described; a changed one goes on as it moved, if it still can.
+    const bool goes_on = had_body && !fields.Has(EntityField::kRigidBody) && entity.desc->rigid_body &&
+                         entity.desc->rigid_body->motion_type != MotionType::kStatic;
+    if (goes_on) SetVelocityNow({command.id, linear, angular});
+  } else {
+    entity.desc = std::move(desc);
+    entity.mass = mass;
+  }
+  const EntityDesc& now = *entity.desc;
+  if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
+  if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
+  if (fields.Has(EntityField::kAngularVelocity)) SetVelocityNow({command.id, {}, now.rigid_body->angular_velocity});
+  if (now.rigid_body) WakeIslandOf(row);
+  if (scene_.world.recorded_events.changes) Record(EntityUpdated{command.id, entity.desc, fields});
+}
+
+void World::Delete(EntityId id) {
+  const EntityRow row{id.index()};
+  DetachBody(row);
+  scene_.entities[id.index()].reset();
+  state_.ids[id.index()] = EntityId();
+  state_.set_pose(row, Pose());
+  state_.linear_velocities.col(id.index()).setZero();
+  state_.angular_velocities.col(id.index()).setZero();
+  state_.net_forces.col(id.index()).setZero();
+  state_.net_torques.col(id.index()).setZero();
+  state_.asleep[id.index()] = false;
+  layer_.faulted[id.index()] = false;
+  layer_.rest_times[id.index()] = 0;
+  layer_.ids.Free(id);
+  --entity_count_;
+  RecordWoken();
+  if (scene_.world.recorded_events.changes) Record(EntityDeleted{id});
+}
+
+void World::Push(const ApplyForce& command) {
+  const EntityRow row{command.id.index()};
+  if (command.replace) std::erase_if(layer_.forces, [&](const PendingForce& f) { return f.id == command.id; });
+  WakeIslandOf(row);
+  PendingForce force{command.id,          command.force, command.torque, Vector3::Zero(), !command.point.has_value(),
+                     command.coordinates, command.steps};
+  if (command.point) {
+    const Pose pose = state_.pose(row);
+    force.point = command.coordinates == Coordinates::kEntity
+                      ? *command.point
+                      : Vector3(pose.orientation.conjugate() * (*command.point - pose.position));
+  }
+  layer_.forces.push_back(force);
+}
+
+void World::Kick(const ApplyImpulse& command) {
+  const uint32_t slot = command.id.index();
+  const Pose pose = state_.pose(EntityRow{slot});
+  const MassProperties& mass = scene_.entities[slot]->mass;
+  const Vector3 linear = ToWorld(command.linear, command.coordinates, pose);
+  Vector3 angular = ToWorld(command.angular, command.coordinates, pose);
+  if (command.point) {
+    const Vector3 point = command.coordinates == Coordinates::kEntity ? pose.Transform(*command.point) : *command.point;
+    angular += (point - pose.Transform(mass.center_of_mass)).cross(linear);
+  }
+  SetVelocityNow({command.id, state_.linear_velocities.col(slot) + linear / mass.mass,
+                  state_.angular_velocities.col(slot) + WorldTensor(pose.orientation, mass.inverse_tensor) * angular});
+}
+
+void World::SetVelocityNow(const SetVelocity& command) {
+  const uint32_t slot = command.id.index();
+  const EntityRow row{slot};
+  Revive(row);
+  if (command.linear) state_.linear_velocities.col(slot) = *command.linear;
+  if (command.angular) state_.angular_velocities.col(slot) = *command.angular;
+  if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
+  WakeIslandOf(row);
+  UpdateActive(row);
+}
+
+void World::SetPoseNow(const SetPose& command) {
+  const uint32_t slot = command.id.index();
+  const EntityRow row{slot};
+  if (command.position) state_.positions.col(slot) = *command.position;
+  if (command.orientation) state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
+  const EntityDesc& desc = *scene_.entities[slot]->desc;
+  if (!desc.rigid_body) return;
+  Revive(row);
+  if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
+  contacts_stale_ = true;
+  WakeNeighboursOf(row);
+  WakeIslandOf(row);
+  if (!IsDynamic(desc)) WakeAll();
+}
+
+void World::Revive(EntityRow row) {
+  if (!layer_.faulted[Index(row)]) return;
+  layer_.faulted[Index(row)] = false;
+  state_.asleep[Index(row)] = false;
+  layer_.rest_times[Index(row)] = 0;
+  UpdateActive(row);
+}
+
+void World::RecordEnd(const TouchingPair& touching) {
+  const EventKinds& kinds = scene_.world.recorded_events;
+  const auto& [a, b] = touching.pair;
+  if (!touching.is_sensor && kinds.contacts) Record(ContactEnded{touching.pair});
+  if (touching.is_sensor && kinds.sensors) {
+    Record(touching.a_is_sensor ? SensorLeft{a, b} : SensorLeft{b, a});
+  }
+}
+
+void World::RecordWoken() {
+  std::sort(woken_.begin(), woken_.end());
+  for (EntityId id : woken_) Record(EntityWoke{id});
+  woken_.clear();
+}
+
+}  // namespace genphys
