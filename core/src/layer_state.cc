@@ -57,7 +57,7 @@ void Put(ByteWriter& out, const PendingForce& value) {
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
-  const auto& [step, simulation_time, next_event_sequence, ids, rest_times, faulted, touching, forces] = state;
+  const auto& [step, simulation_time, next_event_sequence, ids, rest_times, moving, faulted, touching, forces] = state;
   const auto& [generations, free_slots] = ids;
   ByteWriter out(bytes);
   out.Put(step);
@@ -66,6 +66,7 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.PutColumn(generations);
   out.PutColumn(free_slots);
   out.PutColumn(rest_times);
+  out.PutColumn(moving);
   out.PutColumn(faulted);
   out.Put(uint64_t{touching.size()});
   for (const TouchingPair& pair : touching) Put(out, pair);

@@ -77,6 +77,26 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
   return sleepers;
 }
 
+void ReportMoving(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows, LayerState& layer,
+                  std::vector<EventKind>& events) {
+  for (EntityRow entity : rows) {
+    const uint32_t row = Index(entity);
+    const AutoDisable& policy = BodyOf(scene, row).auto_disable;
+    const bool moves[2] = {state.linear_velocities.col(row).norm() > *policy.linear_speed_max,
+                           state.angular_velocities.col(row).norm() > *policy.angular_speed_max};
+    for (const bool rotation : {false, true}) {
+      const uint8_t bit = rotation ? 2 : 1;
+      if (moves[rotation] == ((layer.moving[row] & bit) != 0)) continue;
+      layer.moving[row] ^= bit;
+      if (moves[rotation]) {
+        events.push_back(EntityStartedMoving{state.ids[row], rotation});
+      } else {
+        events.push_back(EntityStoppedMoving{state.ids[row], rotation});
+      }
+    }
+  }
+}
+
 std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& state, const LayerState& layer,
                                       EntityRow row) {
   const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };

@@ -12,6 +12,11 @@ namespace genphys {
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
                                    const std::vector<uint8_t>& active, double step_size, LayerState& layer);
 
+/// Compares the speeds of `rows` with the thresholds of their AutoDisable, updates LayerState::moving, and tells whose
+/// motion started or stopped.
+void ReportMoving(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows, LayerState& layer,
+                  std::vector<EventKind>& events);
+
 /// `row` and every sleeping dynamic body that it reaches through touching sleepers, ascending.
 std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& state, const LayerState& layer,
                                       EntityRow row);

@@ -110,8 +110,8 @@ void Put(ByteWriter& out, const StepperDesc& stepper) {
 }
 
 void Put(ByteWriter& out, const EventKinds& kinds) {
-  const auto& [contacts, persisting, points, sensors, sleeping, changes] = kinds;
-  for (bool kind : {contacts, persisting, points, sensors, sleeping, changes}) out.Put(kind);
+  const auto& [contacts, persisting, points, sensors, sleeping, moving, changes] = kinds;
+  for (bool kind : {contacts, persisting, points, sensors, sleeping, moving, changes}) out.Put(kind);
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair
     const ContactPoint& p = contacts.points[pair.first_point + i];
     if (p.depth < kTouchingDepth && !(p.normal_impulse > 0)) continue;
     touch.points.push_back({p.position, p.normal, p.depth, p.normal_impulse, p.friction_impulse, p.relative_velocity,
-                            p.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
+                            pair.material.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
                             rule_.info(pair.geometry_b).geometry_id});
   }
 }

@@ -100,6 +100,7 @@ void World::Grow() {
   scene_.entities.resize(rows);
   geometry_rows_.resize(rows);
   layer_.rest_times.resize(rows);
+  layer_.moving.resize(rows);
   layer_.faulted.resize(rows);
   active_.resize(rows);
   state_.Resize(static_cast<uint32_t>(rows));
@@ -116,6 +117,7 @@ void World::AttachBody(EntityRow entity) {
   state_.asleep[row] = false;
   layer_.faulted[row] = false;
   layer_.rest_times[row] = 0;
+  layer_.moving[row] = 0;
   active_[row] = false;
   if (!body) return;
   geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);

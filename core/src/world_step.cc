@@ -407,6 +407,7 @@ void StepRun::Report() {
     world_.UpdateActive(row);
     if (kinds.sleeping) events.push_back(EntitySlept{state_.ids[Index(row)]});
   }
+  if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
   for (EntityId id : faulted_) events.push_back(EntityFaulted{id});
   SortCanonically(events);
   for (EventKind& event : events) world_.Record(std::move(event));

@@ -18,6 +18,7 @@ struct EventKinds {
   bool contact_points = true;        // points inside began and persisted
   bool sensors = true;
   bool sleeping = true;
+  bool moving = false;  // started, stopped
   bool changes = true;  // entities created, updated, deleted
   bool operator==(const EventKinds&) const = default;
 };
@@ -68,6 +69,16 @@ struct EntitySlept {
 struct EntityWoke {
   EntityId id;
 };
+/// Rose above the speed at which its AutoDisable calls it at rest, in rotation or in translation.
+struct EntityStartedMoving {
+  EntityId id;
+  bool rotation = false;
+};
+/// Fell to that speed or below.
+struct EntityStoppedMoving {
+  EntityId id;
+  bool rotation = false;
+};
 /// Left the bounds of the world: disabled at its last good pose.
 struct EntityFaulted {
   EntityId id;
@@ -88,7 +99,8 @@ struct EntityDeleted {
 
 /// The order of the alternatives is the canonical order of kinds within a step.
 using EventKind = std::variant<EntityCreated, EntityUpdated, EntityDeleted, ContactBegan, ContactPersisted,
-                               ContactEnded, SensorEntered, SensorLeft, EntityWoke, EntitySlept, EntityFaulted>;
+                               ContactEnded, SensorEntered, SensorLeft, EntityWoke, EntitySlept, EntityStartedMoving,
+                               EntityStoppedMoving, EntityFaulted>;
 
 struct Event {
   uint64_t sequence = 0;  // dense per world and epoch, from 1

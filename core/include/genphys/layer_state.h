@@ -45,6 +45,7 @@ struct LayerState {
   uint64_t next_event_sequence = 1;
   IdAllocator ids;
   std::vector<double> rest_times;      // s at rest so far, by row
+  std::vector<uint8_t> moving;         // bit 0: in translation, bit 1: in rotation, as last told; by row
   std::vector<uint8_t> faulted;        // left the bounds and was disabled, by row
   std::vector<TouchingPair> touching;  // ascending
   std::vector<PendingForce> forces;    // in order of command
