@@ -34,7 +34,6 @@ TouchingPair StepTouches::PairOf(const ContactPair& pair) const {
 }
 
 void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair, Touch& touch) const {
-  if (!kinds_.contact_points || pair.is_sensor) return;
   for (uint32_t i = 0; i < pair.point_count; ++i) {
     const ContactPoint& p = contacts.points[pair.first_point + i];
     if (p.depth < kTouchingDepth && !(p.normal_impulse > 0)) continue;
@@ -44,51 +43,79 @@ void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair
   }
 }
 
-void StepTouches::AddSolved(const ContactBuffer& contacts) {
-  // One entity pair may come as several geometry pairs in a row: what an earlier substep left is folded away once.
-  TouchingPair last;
-  for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor || !PassedImpulse(contacts, pair)) continue;
-    const TouchingPair key = PairOf(pair);
-    Touch& touch = touches_[key];
-    if (key != last) {
-      touch.impulse_before += NormalImpulse(touch.points);
-      touch.points.clear();
-      last = key;
+bool StepTouches::WillBeTold(const TouchingPair& pair) const {
+  if (!kinds_.contact_points || pair.is_sensor) return false;
+  return kinds_.persisting_contacts || (kinds_.contacts && !std::binary_search(before_.begin(), before_.end(), pair));
+}
+
+void StepTouches::Merge(const ContactBuffer& contacts, bool solved) {
+  // Contacts come in order of entities, so this is sorted already but for pairs that are both sensor and solid.
+  if (!std::is_sorted(found_.begin(), found_.end())) std::sort(found_.begin(), found_.end());
+  std::vector<Touch> merged;
+  merged.reserve(touches_.size() + found_.size());
+  auto known = touches_.begin();
+  for (auto first = found_.begin(); first != found_.end();) {
+    const TouchingPair pair = first->pair;
+    for (; known != touches_.end() && known->pair < pair; ++known) merged.push_back(std::move(*known));
+    if (known != touches_.end() && known->pair == pair) {
+      merged.push_back(std::move(*known++));
+    } else {
+      merged.push_back({.pair = pair});
     }
-    touch.solved = true;
-    Collect(contacts, pair, touch);
+    Touch& touch = merged.back();
+    const bool shows_points = WillBeTold(pair) && (solved || !touch.solved);
+    if (shows_points) {
+      touch.earlier_impulse += NormalImpulse(touch.points);
+      touch.points.clear();
+    }
+    for (; first != found_.end() && first->pair == pair; ++first) {
+      if (shows_points) Collect(contacts, contacts.pairs[first->place], touch);
+    }
+    touch.solved = touch.solved || solved;
   }
+  for (; known != touches_.end(); ++known) merged.push_back(std::move(*known));
+  touches_ = std::move(merged);
+}
+
+void StepTouches::AddSolved(const ContactBuffer& contacts) {
+  found_.clear();
+  for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
+    const ContactPair& pair = contacts.pairs[i];
+    if (!pair.is_sensor && PassedImpulse(contacts, pair)) found_.push_back({PairOf(pair), i});
+  }
+  Merge(contacts, true);
 }
 
 void StepTouches::AddFinal(const ContactBuffer& contacts) {
-  for (const ContactPair& pair : contacts.pairs) {
-    if (!DeepEnough(contacts, pair)) continue;
-    Touch& touch = touches_[PairOf(pair)];
-    if (!touch.solved) Collect(contacts, pair, touch);
+  found_.clear();
+  for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
+    if (DeepEnough(contacts, contacts.pairs[i])) found_.push_back({PairOf(contacts.pairs[i]), i});
   }
+  Merge(contacts, false);
 }
 
-void StepTouches::KeepUntested(const std::vector<TouchingPair>& before, const std::vector<uint8_t>& tested_rows) {
-  for (const TouchingPair& pair : before) {
-    if (!tested_rows[pair.pair.a.index()] && !tested_rows[pair.pair.b.index()]) touches_.try_emplace(pair);
+void StepTouches::KeepUntested(const std::vector<uint8_t>& tested_rows) {
+  const size_t tested = touches_.size();
+  for (const TouchingPair& pair : before_) {
+    if (!tested_rows[pair.pair.a.index()] && !tested_rows[pair.pair.b.index()]) touches_.push_back({.pair = pair});
   }
+  std::inplace_merge(touches_.begin(), touches_.begin() + static_cast<std::ptrdiff_t>(tested), touches_.end(),
+                     [](const Touch& a, const Touch& b) { return a.pair < b.pair; });
 }
 
 std::vector<TouchingPair> StepTouches::Pairs() const {
   std::vector<TouchingPair> pairs;
   pairs.reserve(touches_.size());
-  for (const auto& [pair, touch] : touches_) pairs.push_back(pair);
+  for (const Touch& touch : touches_) pairs.push_back(touch.pair);
   return pairs;
 }
 
-std::vector<EventContactPoint> StepTouches::PointsOf(const TouchingPair& pair) const {
-  const Touch& touch = touches_.at(pair);
+std::vector<EventContactPoint> StepTouches::PointsOf(const Touch& touch) {
   std::vector<EventContactPoint> points = touch.points;
   // Impulses are told per step: those of earlier substeps are shared out like those of the last one.
   const double shown = NormalImpulse(points);
-  if (shown > 0 && touch.impulse_before > 0) {
-    const double scale = (shown + touch.impulse_before) / shown;
+  if (shown > 0 && touch.earlier_impulse > 0) {
+    const double scale = (shown + touch.earlier_impulse) / shown;
     for (EventContactPoint& point : points) {
       point.normal_impulse *= scale;
       point.friction_impulse *= scale;
@@ -97,27 +124,33 @@ std::vector<EventContactPoint> StepTouches::PointsOf(const TouchingPair& pair) c
   return points;
 }
 
-void StepTouches::Report(const std::vector<TouchingPair>& before, std::vector<EventKind>& events) const {
-  const auto was = [&](const TouchingPair& pair) { return std::binary_search(before.begin(), before.end(), pair); };
-  const auto visit = [](const TouchingPair& pair, auto make) {
-    return pair.a_is_sensor ? make(pair.pair.a, pair.pair.b) : make(pair.pair.b, pair.pair.a);
-  };
-  for (const auto& [pair, touch] : touches_) {
-    if (!pair.is_sensor && kinds_.contacts && !was(pair)) events.push_back(ContactBegan{pair.pair, PointsOf(pair)});
-    if (!pair.is_sensor && kinds_.persisting_contacts && was(pair)) {
-      events.push_back(ContactPersisted{pair.pair, PointsOf(pair)});
-    }
-    if (pair.is_sensor && kinds_.sensors && !was(pair)) {
-      events.push_back(visit(pair, [](EntityId s, EntityId v) { return SensorEntered{s, v}; }));
-    }
+void StepTouches::ReportNow(const Touch& touch, bool was, std::vector<EventKind>& events) const {
+  const auto& [a, b] = touch.pair.pair;
+  if (touch.pair.is_sensor) {
+    if (was || !kinds_.sensors) return;
+    events.push_back(touch.pair.a_is_sensor ? SensorEntered{a, b} : SensorEntered{b, a});
+  } else if (was) {
+    if (kinds_.persisting_contacts) events.push_back(ContactPersisted{touch.pair.pair, PointsOf(touch)});
+  } else if (kinds_.contacts) {
+    events.push_back(ContactBegan{touch.pair.pair, PointsOf(touch)});
   }
-  for (const TouchingPair& pair : before) {
-    if (touches_.contains(pair)) continue;
-    if (!pair.is_sensor && kinds_.contacts) events.push_back(ContactEnded{pair.pair});
-    if (pair.is_sensor && kinds_.sensors) {
-      events.push_back(visit(pair, [](EntityId s, EntityId v) { return SensorLeft{s, v}; }));
-    }
+}
+
+void StepTouches::ReportEnd(const TouchingPair& pair, std::vector<EventKind>& events) const {
+  const auto& [a, b] = pair.pair;
+  if (!pair.is_sensor && kinds_.contacts) events.push_back(ContactEnded{pair.pair});
+  if (pair.is_sensor && kinds_.sensors) events.push_back(pair.a_is_sensor ? SensorLeft{a, b} : SensorLeft{b, a});
+}
+
+void StepTouches::Report(std::vector<EventKind>& events) const {
+  auto old = before_.begin();
+  for (const Touch& touch : touches_) {
+    for (; old != before_.end() && *old < touch.pair; ++old) ReportEnd(*old, events);
+    const bool was = old != before_.end() && *old == touch.pair;
+    if (was) ++old;
+    ReportNow(touch, was, events);
   }
+  for (; old != before_.end(); ++old) ReportEnd(*old, events);
 }
 
 }  // namespace genphys

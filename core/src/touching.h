@@ -1,5 +1,4 @@
 #pragma once
-#include <map>
 #include <vector>
 
 #include "genphys/contact.h"
@@ -11,11 +10,13 @@
 namespace genphys {
 
 /// Gathers who touched whom in one step, over its substeps, and tells what began, went on and ended. Every engine's
-/// contacts pass through here, so all of them report alike.
+/// contacts pass through here, so all of them report alike. Points are kept only of pairs that will be told of.
 class StepTouches {
  public:
-  StepTouches(const PairRule& rule, const StateArrays& state, const EventKinds& kinds)
-      : rule_(rule), state_(state), kinds_(kinds) {}
+  /// `before` are the pairs that touched when the step began, ascending. All arguments outlive this object.
+  StepTouches(const PairRule& rule, const StateArrays& state, const EventKinds& kinds,
+              const std::vector<TouchingPair>& before)
+      : rule_(rule), state_(state), kinds_(kinds), before_(before) {}
 
   /// Takes the pairs that passed on an impulse in the substep just solved.
   void AddSolved(const ContactBuffer& contacts);
@@ -23,30 +24,44 @@ class StepTouches {
   /// Takes the pairs that are deep enough at the poses where the step ends.
   void AddFinal(const ContactBuffer& contacts);
 
-  /// Keeps pairs of `before` that nothing looked at, since neither side was active in this step.
-  void KeepUntested(const std::vector<TouchingPair>& before, const std::vector<uint8_t>& tested_rows);
+  /// Keeps those of before that nothing looked at, since neither side was active in this step.
+  void KeepUntested(const std::vector<uint8_t>& tested_rows);
 
   /// Who touches now, ascending.
   std::vector<TouchingPair> Pairs() const;
 
-  /// What changed against `before`, in canonical order.
-  void Report(const std::vector<TouchingPair>& before, std::vector<EventKind>& events) const;
+  /// What changed, in no particular order.
+  void Report(std::vector<EventKind>& events) const;
 
  private:
   struct Touch {
+    TouchingPair pair;
+    bool solved = false;         // `points` carry impulses
+    double earlier_impulse = 0;  // N*s along normals, of substeps before the one that `points` shows
     std::vector<EventContactPoint> points;
-    double impulse_before = 0;  // N*s along normals, of substeps before the one that `points` shows
-    bool solved = false;        // `points` carry impulses
+  };
+
+  // A contact pair of a buffer by its place there, and whom it is between.
+  struct Found {
+    TouchingPair pair;
+    uint32_t place = 0;
+    auto operator<=>(const Found&) const = default;
   };
 
   TouchingPair PairOf(const ContactPair& pair) const;
+  void Merge(const ContactBuffer& contacts, bool solved);
+  static std::vector<EventContactPoint> PointsOf(const Touch& touch);
+  void ReportNow(const Touch& touch, bool was, std::vector<EventKind>& events) const;
+  void ReportEnd(const TouchingPair& pair, std::vector<EventKind>& events) const;
+  bool WillBeTold(const TouchingPair& pair) const;
   void Collect(const ContactBuffer& contacts, const ContactPair& pair, Touch& touch) const;
-  std::vector<EventContactPoint> PointsOf(const TouchingPair& pair) const;
 
   const PairRule& rule_;
   const StateArrays& state_;
   const EventKinds& kinds_;
-  std::map<TouchingPair, Touch> touches_;
+  const std::vector<TouchingPair>& before_;
+  std::vector<Touch> touches_;  // ascending
+  std::vector<Found> found_;    // scratch
 };
 
 }  // namespace genphys

@@ -39,7 +39,7 @@ StepRun::StepRun(World& world, double step_size)
     : world_(world),
       step_size_(step_size),
       state_(world.state_),
-      touches_(world.rule_, world.state_, world.scene_.world.recorded_events) {}
+      touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching) {}
 
 Status StepRun::Run() {
   if (world_.record_stats_) {
@@ -390,8 +390,8 @@ void StepRun::Report() {
   std::vector<EventKind> events;
   if (ran) {
     touches_.AddFinal(world_.contacts_);
-    touches_.KeepUntested(layer.touching, tested_);
-    touches_.Report(layer.touching, events);
+    touches_.KeepUntested(tested_);
+    touches_.Report(events);
     layer.touching = touches_.Pairs();
   }
   const EventKinds& kinds = world_.scene_.world.recorded_events;
