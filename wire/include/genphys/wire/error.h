@@ -1,0 +1,29 @@
+#pragma once
+#include <string_view>
+
+#include "genphys/status.h"
+#include "genphys/v1/error.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace genphys {
+
+/// The domain of every ErrorInfo that is ours.
+inline constexpr std::string_view kErrorDomain = "genphys";
+
+/// `status` as a client receives it in grpc-status-details-bin: code and message, and for a refusal one ErrorInfo
+/// (domain "genphys", metadata "field" when there is one) and, with a field to blame, a BadRequest.
+google::rpc::Status EncodeStatus(const Status& status);
+
+/// The same status with its refusal restored. Details of other domains and unknown reasons are left out.
+Status DecodeStatus(const google::rpc::Status& status);
+
+/// Why one command of a batch was refused. Errors that are no refusal have the reason UNSPECIFIED.
+void EncodeError(const Status& status, v1::Error* out);
+
+/// The same reason on the wire.
+v1::ErrorReason EncodeReason(Reason reason);
+
+/// The same reason in the model; UNSPECIFIED for one that this build does not know.
+Reason DecodeReason(v1::ErrorReason reason);
+
+}  // namespace genphys
