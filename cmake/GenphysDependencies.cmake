@@ -22,3 +22,11 @@ endif()
 if(GENPHYS_BENCH)
   find_package(benchmark CONFIG REQUIRED)
 endif()
+
+# What every program is linked with besides its own libraries.
+if(GENPHYS_SANITIZER STREQUAL "thread")
+  add_library(genphys_sanitizer OBJECT "${CMAKE_SOURCE_DIR}/cmake/sanitizers/thread_grpc.cc")
+  target_link_libraries(genphys_sanitizer PUBLIC gRPC::grpc++ absl::synchronization)
+else()
+  add_library(genphys_sanitizer INTERFACE)
+endif()

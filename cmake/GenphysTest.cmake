@@ -8,8 +8,6 @@ set(GENPHYS_TEST_ENVIRONMENT
   "PYTHONPATH=${CMAKE_SOURCE_DIR}/client/python"
   "PYTHONDONTWRITEBYTECODE=1"
   "ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1"
-  "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/cmake/sanitizers/leak.txt:print_suppressions=0"
-  "TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/cmake/sanitizers/thread.txt:second_deadlock_stack=1"
   "UBSAN_OPTIONS=print_stacktrace=1")
 
 # genphys_add_test_program(<folder> [LONG] <library>...)
@@ -24,7 +22,8 @@ function(genphys_add_test_program folder)
   set(program ${folder}_tests)
   add_executable(${program} ${sources})
   target_include_directories(${program} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
-  target_link_libraries(${program} PRIVATE ${arg_UNPARSED_ARGUMENTS} GTest::gtest GTest::gtest_main GTest::gmock genphys_warnings)
+  target_link_libraries(${program} PRIVATE ${arg_UNPARSED_ARGUMENTS} GTest::gtest GTest::gtest_main GTest::gmock
+    genphys_sanitizer genphys_warnings)
   if(TARGET genphysd)
     # Tests start the server themselves; building one program must give them the server of the same sources.
     add_dependencies(${program} genphysd)
