@@ -1,0 +1,115 @@
+"""Messages -> the values of `model`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from . import model
+from ._contract import FEATURE, MOTION, WORLD_STATE
+from .frame import stamp_of
+
+_DEFAULT_MOTION = "dynamic"
+
+
+def vector(message: Any) -> tuple[float, float, float]:
+    """Returns x, y, z."""
+    return (message.x, message.y, message.z)
+
+
+def orientation(pose: Any) -> tuple[float, float, float, float]:
+    """Returns w, x, y, z of a Pose; the identity when unset."""
+    if not pose.HasField("orientation"):
+        return (1.0, 0.0, 0.0, 0.0)
+    q = pose.orientation
+    return (q.w, q.x, q.y, q.z)
+
+
+def entity_info(message: Any) -> model.EntityInfo:
+    """Returns the description of an Entity message."""
+    body = message.rigid_body
+    return model.EntityInfo(
+        entity=model.Entity(message.id, message.display_name),
+        name=message.display_name,
+        position=vector(message.pose.position),
+        orientation=orientation(message.pose),
+        physics=message.HasField("rigid_body"),
+        motion=MOTION.word(body.motion_type) if body.motion_type else _DEFAULT_MOTION,
+        linear_velocity=vector(body.linear_velocity),
+        angular_velocity=vector(body.angular_velocity),
+        mass=_optional(body.inertia, "mass"),
+        geometries=tuple(_geometry(each) for each in body.geometries),
+        visual=_visual(message),
+    )
+
+
+def engine_info(message: Any) -> model.EngineInfo:
+    """Returns the description of an Engine message."""
+    return model.EngineInfo(
+        name=short_name(message.name),
+        version=message.version,
+        features=frozenset(FEATURE.word(each) for each in message.features),
+    )
+
+
+def world_info(world: Any, stamp: Any) -> model.WorldInfo:
+    """Returns the description of a World message."""
+    return model.WorldInfo(
+        name=short_name(world.name),
+        engine=short_name(world.engine),
+        state=WORLD_STATE.word(world.state),
+        gravity=vector(world.gravity),
+        step_size=world.stepper.step_size_seconds,
+        stamp=stamp_of(stamp),
+    )
+
+
+def short_name(resource: str) -> str:
+    """Returns "lab" of "worlds/lab"."""
+    return resource.rpartition("/")[2]
+
+
+def _optional(message: Any, field: str) -> Any:
+    return getattr(message, field) if message.HasField(field) else None
+
+
+def _visual(message: Any) -> model.Visual | None:
+    if not message.HasField("visual"):
+        return None
+    visual = message.visual
+    return model.Visual(uri=visual.uri, media_type=visual.media_type, data=visual.data)
+
+
+def _geometry(message: Any) -> model.Geometry:
+    return model.Geometry(
+        shape=_shape(message.shape),
+        position=vector(message.pose_in_entity.position),
+        orientation=orientation(message.pose_in_entity),
+        friction=_optional(message.material, "friction"),
+        kinetic_friction=_optional(message.material, "kinetic_friction"),
+        restitution=_optional(message.material, "restitution"),
+        density=_optional(message.material, "density"),
+        sensor=message.is_sensor,
+        collision_space=message.collision_space,
+        category_bits=_optional(message, "category_bits"),
+        collides_with_bits=_optional(message, "collides_with_bits"),
+        id=message.id,
+    )
+
+
+def _shape(message: Any) -> model.Shape | model.UnknownShape:
+    kind = message.WhichOneof("kind")
+    if kind is None or kind not in _SHAPES:
+        return model.UnknownShape(kind or "")
+    return _SHAPES[kind](getattr(message, kind))
+
+
+_SHAPES: dict[str, Callable[[Any], model.Shape]] = {
+    "sphere": lambda sphere: model.Sphere(sphere.radius),
+    "box": lambda box: model.Box(vector(box.half_extents)),
+    "capsule": lambda capsule: model.Capsule(capsule.radius, capsule.half_length),
+    "cylinder": lambda cylinder: model.Cylinder(cylinder.radius, cylinder.half_length),
+    "plane": lambda plane: model.Plane(
+        vector(plane.normal) if plane.HasField("normal") else (0.0, 0.0, 1.0), plane.offset
+    ),
+}

@@ -1,0 +1,257 @@
+"""Python values -> messages. Shapes of arguments are checked here, their values by the server."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import model
+from ._contract import COORDINATES, FEATURE, MOTION, QUALITY, SCALAR, SOLVER, wire
+
+
+def vector(value: Any, what: str) -> Any:
+    """Returns a Vector3; raises ValueError unless `value` has three numbers."""
+    x, y, z = _numbers(value, 3, what)
+    return wire.Vector3(x=x, y=y, z=z)
+
+
+def quaternion(value: Any, what: str) -> Any:
+    """Returns a Quaternion; raises ValueError unless `value` has four numbers."""
+    w, x, y, z = _numbers(value, 4, what)
+    return wire.Quaternion(w=w, x=x, y=y, z=z)
+
+
+def pose(position: Any, orientation: Any) -> Any:
+    """Returns a Pose; None leaves a part at its default."""
+    return wire.Pose(
+        position=None if position is None else vector(position, "position"),
+        orientation=None if orientation is None else quaternion(orientation, "orientation"),
+    )
+
+
+def entity_id(entity: Any) -> int:
+    """Returns the id of an Entity, an EntityInfo or a number."""
+    try:
+        return operator.index(entity)
+    except TypeError:
+        raise TypeError(f"expected an Entity or its id, not {type(entity).__name__}") from None
+
+
+def id_column(entities: Any) -> bytes:
+    """Returns ids as a byte column; an array of numbers takes the fast way."""
+    if isinstance(entities, np.ndarray) and entities.dtype.kind in "iu":
+        return np.ascontiguousarray(entities, "<u8").tobytes()
+    return np.fromiter((entity_id(each) for each in entities), "<u8").tobytes()
+
+
+def vector_column(values: Any, what: str) -> bytes:
+    """Returns an array of shape (n, 3) as a byte column; raises ValueError if it has another shape."""
+    array = np.ascontiguousarray(values, "<f8")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{what} has shape {array.shape}, not (n, 3)")
+    return array.tobytes()
+
+
+def frame_request(frame: bool | model.FrameRequest | None) -> Any:
+    """Returns a FrameRequest message; None when no frame is wanted."""
+    if frame is None or frame is False:
+        return None
+    wanted = model.FrameRequest() if frame is True else frame
+    return wire.FrameRequest(
+        scalar=SCALAR.number(wanted.dtype),
+        poses=wanted.poses,
+        velocities=wanted.velocities,
+        net_forces=wanted.net_forces,
+        entity_ids=[entity_id(each) for each in wanted.entities],
+        deltas=wanted.deltas,
+    )
+
+
+def event_kinds(kinds: model.EventKinds) -> Any:
+    """Returns an EventKinds message."""
+    return wire.EventKinds(**vars(kinds))
+
+
+def event_filter(events: bool | model.EventFilter | None) -> Any:
+    """Returns an EventFilter message; None when no events are wanted."""
+    if events is None or events is False:
+        return None
+    if events is True:
+        return wire.EventFilter()
+    return wire.EventFilter(
+        kinds=None if events.kinds is None else event_kinds(events.kinds),
+        entity_ids=[entity_id(each) for each in events.entities],
+    )
+
+
+def stepper(
+    step_size: float | None, quality: str | None, solver: str | None, substeps: int | None, iterations: int | None
+) -> Any:
+    """Returns a Stepper message; None leaves a value at its default."""
+    return wire.Stepper(
+        step_size_seconds=step_size,
+        quality=None if quality is None else QUALITY.number(quality),
+        solver=None if solver is None else SOLVER.number(solver),
+        substeps=substeps,
+        iterations=iterations,
+    )
+
+
+def coordinates(word: str) -> int:
+    """Returns the number of "world" or "entity"."""
+    return COORDINATES.number(word)
+
+
+def features(words: Iterable[str]) -> list[int]:
+    """Returns the numbers of features named as in "shape_box"."""
+    return [FEATURE.number(word) for word in words]
+
+
+def material(
+    *,
+    friction: float | None = None,
+    kinetic_friction: float | None = None,
+    restitution: float | None = None,
+    density: float | None = None,
+) -> Any:
+    """Returns a Material message, or None if nothing is said."""
+    values = (friction, kinetic_friction, restitution, density)
+    if all(value is None for value in values):
+        return None
+    return wire.Material(friction=friction, kinetic_friction=kinetic_friction, restitution=restitution, density=density)
+
+
+def sleep_policy(policy: model.AutoDisable | None) -> Any:
+    """Returns an AutoDisable message, or None."""
+    if policy is None:
+        return None
+    return wire.AutoDisable(
+        enabled=policy.enabled,
+        linear_speed_max=policy.linear_speed_max,
+        angular_speed_max=policy.angular_speed_max,
+        rest_time_seconds=policy.rest_time,
+    )
+
+
+def correction_policy(policy: model.ErrorCorrection | None) -> Any:
+    """Returns an ErrorCorrection message, or None."""
+    if policy is None:
+        return None
+    return wire.ErrorCorrection(
+        stiffness=policy.stiffness,
+        damping_ratio=policy.damping_ratio,
+        slop_metres=policy.slop,
+        correction_speed_max=policy.correction_speed_max,
+    )
+
+
+def shape(value: Any) -> Any:
+    """Returns a Shape message; raises TypeError for what is no shape."""
+    if isinstance(value, model.Sphere):
+        return wire.Shape(sphere=wire.Sphere(radius=value.radius))
+    if isinstance(value, model.Box):
+        return wire.Shape(box=wire.Box(half_extents=vector(value.half_extents, "half_extents")))
+    if isinstance(value, model.Capsule):
+        return wire.Shape(capsule=wire.Capsule(radius=value.radius, half_length=value.half_length))
+    if isinstance(value, model.Cylinder):
+        return wire.Shape(cylinder=wire.Cylinder(radius=value.radius, half_length=value.half_length))
+    if isinstance(value, model.Plane):
+        return wire.Shape(plane=wire.Plane(normal=vector(value.normal, "normal"), offset=value.offset))
+    raise TypeError(f"{value!r} is not a shape: Sphere, Box, Capsule, Cylinder or Plane")
+
+
+def geometry(value: model.Geometry) -> Any:
+    """Returns a Geometry message."""
+    placed = value.position is not None or value.orientation is not None
+    return wire.Geometry(
+        id=value.id,
+        shape=shape(value.shape),
+        pose_in_entity=pose(value.position, value.orientation) if placed else None,
+        material=material(
+            friction=value.friction,
+            kinetic_friction=value.kinetic_friction,
+            restitution=value.restitution,
+            density=value.density,
+        ),
+        category_bits=value.category_bits,
+        collides_with_bits=value.collides_with_bits,
+        is_sensor=value.sensor,
+        collision_space=value.collision_space,
+    )
+
+
+def inertia(mass: float | None, center_of_mass: Any, tensor: Any) -> Any:
+    """Returns an Inertia message, or None if nothing is said; a tensor is 3 x 3 or xx xy xz yy yz zz."""
+    if mass is None and center_of_mass is None and tensor is None:
+        return None
+    return wire.Inertia(
+        mass=mass,
+        center_of_mass=None if center_of_mass is None else vector(center_of_mass, "center_of_mass"),
+        tensor=() if tensor is None else _tensor(tensor),
+    )
+
+
+def entity(
+    *,
+    name: str = "",
+    position: Any = None,
+    orientation: Any = None,
+    physics: bool = True,
+    geometries: Sequence[model.Geometry] = (),
+    motion: str = "dynamic",
+    mass: float | None = None,
+    center_of_mass: Any = None,
+    inertia_tensor: Any = None,
+    linear_velocity: Any = None,
+    angular_velocity: Any = None,
+    linear_damping: float | None = None,
+    angular_damping: float | None = None,
+    auto_disable: model.AutoDisable | None = None,
+    error_correction: model.ErrorCorrection | None = None,
+    visual: model.Visual | None = None,
+) -> Any:
+    """Returns an Entity message from the keywords of `World.add_entity`."""
+    body = None
+    if physics:
+        body = wire.RigidBody(
+            motion_type=MOTION.number(motion),
+            geometries=[geometry(each) for each in geometries],
+            inertia=inertia(mass, center_of_mass, inertia_tensor),
+            auto_disable=sleep_policy(auto_disable),
+            error_correction=correction_policy(error_correction),
+            linear_velocity=None if linear_velocity is None else vector(linear_velocity, "linear_velocity"),
+            angular_velocity=None if angular_velocity is None else vector(angular_velocity, "angular_velocity"),
+            linear_damping=linear_damping,
+            angular_damping=angular_damping,
+        )
+    placed = position is not None or orientation is not None
+    return wire.Entity(
+        display_name=name,
+        pose=pose(position, orientation) if placed else None,
+        rigid_body=body,
+        visual=None if visual is None else wire.Visual(**vars(visual)),
+    )
+
+
+def resource(collection: str, name: str) -> str:
+    """Returns "worlds/lab" for "lab" and for "worlds/lab"."""
+    return name if name.startswith(f"{collection}/") else f"{collection}/{name}"
+
+
+def _numbers(value: Any, count: int, what: str) -> list[float]:
+    numbers = [float(each) for each in value]
+    if len(numbers) != count:
+        raise ValueError(f"{what} has {len(numbers)} numbers, not {count}")
+    return numbers
+
+
+def _tensor(value: Any) -> list[float]:
+    array = np.asarray(value, float)
+    if array.shape == (3, 3):
+        if not np.array_equal(array, array.T):
+            raise ValueError("inertia_tensor is not symmetric")
+        return [float(each) for each in array[np.triu_indices(3)]]
+    return _numbers(value, 6, "inertia_tensor")

@@ -1,0 +1,301 @@
+"""The verbs that change a world: done at once by a `World`, collected by a `Batch`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from . import _encode, model
+from ._contract import wire
+from .model import Entity, Quaternion, Vector
+
+if TYPE_CHECKING:
+    from typing_extensions import TypedDict, Unpack
+
+    class BodyOptions(TypedDict, total=False):
+        """Keywords of every `add_...`.
+
+        name: for people. position: metres, world. orientation: (w, x, y, z). linear_velocity: of the centre of mass,
+        m/s. angular_velocity: rad/s. motion: "dynamic", "kinematic" or "static". mass: kg. linear_damping and
+        angular_damping: 1/s, the velocity decays as exp(-c t).
+        """
+
+        name: str
+        position: Vector
+        orientation: Quaternion
+        linear_velocity: Vector
+        angular_velocity: Vector
+        motion: str
+        mass: float
+        linear_damping: float
+        angular_damping: float
+        auto_disable: model.AutoDisable
+        error_correction: model.ErrorCorrection
+        visual: model.Visual
+
+    class ShapeOptions(BodyOptions, total=False):
+        """Keywords of `add_sphere` and its like: those of every entity, and those of its one geometry.
+
+        density: kg/m^3, instead of mass. The others are explained at `Geometry`.
+        """
+
+        density: float
+        friction: float
+        kinetic_friction: float
+        restitution: float
+        sensor: bool
+        collision_space: str
+        category_bits: int
+        collides_with_bits: int
+
+    class EntityOptions(BodyOptions, total=False):
+        """Keywords of `add_entity` beside those of every entity.
+
+        center_of_mass: in the entity's frame, metres. inertia_tensor: about it, kg*m^2, 3 x 3 or xx xy xz yy yz zz.
+        """
+
+        center_of_mass: Vector
+        inertia_tensor: Any
+
+
+_GEOMETRY_KEYWORDS = (
+    "friction",
+    "kinetic_friction",
+    "restitution",
+    "density",
+    "sensor",
+    "collision_space",
+    "category_bits",
+    "collides_with_bits",
+)
+
+
+class Commands:
+    """The verbs. Everything is in SI units and, unless said otherwise, in world coordinates.
+
+    All raise a subclass of `GenphysError` when the server refuses, and ValueError or TypeError for arguments that
+    have no meaning at all, like a position of two numbers. In a batch the server refuses when the batch is taken
+    along, with the path of the command in `field`.
+    """
+
+    def _create(self, entity: Any) -> Entity:
+        raise NotImplementedError
+
+    def _submit(self, command: Any) -> None:
+        raise NotImplementedError
+
+    def add_sphere(self, *, radius: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a ball of this radius in metres; further keywords: `BodyOptions`, `ShapeOptions`.
+
+        Without mass or density the world's default density counts.
+        """
+        return self._add(model.Sphere(radius), options)
+
+    def add_box(self, *, half_extents: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a block with these half edges in metres; further keywords: `BodyOptions`, `ShapeOptions`."""
+        return self._add(model.Box(half_extents), options)
+
+    def add_capsule(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a cylinder along its z with round ends; `half_length` in metres is of the straight part."""
+        return self._add(model.Capsule(radius, half_length), options)
+
+    def add_cylinder(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a cylinder along its z with flat ends; metres."""
+        return self._add(model.Cylinder(radius, half_length), options)
+
+    def add_plane(
+        self, *, normal: Vector = (0.0, 0.0, 1.0), offset: float = 0.0, **options: Unpack[ShapeOptions]
+    ) -> Entity:
+        """Adds a static half space, solid where dot(normal, p) <= offset; offset in metres."""
+        options.setdefault("motion", "static")
+        return self._add(model.Plane(normal, offset), options)
+
+    def add_entity(
+        self, *, geometries: Sequence[model.Geometry] = (), physics: bool = True, **options: Unpack[EntityOptions]
+    ) -> Entity:
+        """Adds an entity with any number of geometries, or without physics.
+
+        Args:
+            geometries: What it collides with; without any it needs a mass.
+            physics: False for something that stays where it is put and collides with nothing.
+            options: See `BodyOptions` and `EntityOptions`.
+        """
+        return self._create(_encode.entity(geometries=geometries, physics=physics, **options))
+
+    def remove(self, entity: Entity | int) -> None:
+        """Removes an entity and the joints that hold it."""
+        self._submit(wire.Command(delete_entity=wire.DeleteEntity(entity_id=_encode.entity_id(entity))))
+
+    def apply_force(
+        self,
+        entity: Entity | int,
+        force: Vector | None = None,
+        *,
+        torque: Vector | None = None,
+        point: Vector | None = None,
+        coordinates: str = "world",
+        steps: int | None = None,
+        replace: bool = False,
+    ) -> None:
+        """Pushes an entity from the next step on.
+
+        Args:
+            entity: Whom.
+            force: N.
+            torque: N*m.
+            point: Where the force acts, metres; None is the centre of mass.
+            coordinates: Of force, torque and point: "world" or "entity".
+            steps: How many steps it acts; None is one.
+            replace: Drop this entity's other pending forces first; otherwise they add up.
+        """
+        self._submit(wire.Command(apply_force=_force(entity, force, torque, point, coordinates, steps, replace)))
+
+    def apply_impulse(
+        self,
+        entity: Entity | int,
+        linear: Vector | None = None,
+        *,
+        angular: Vector | None = None,
+        point: Vector | None = None,
+        coordinates: str = "world",
+    ) -> None:
+        """Changes the momentum of an entity at once.
+
+        Args:
+            entity: Whose.
+            linear: N*s.
+            angular: N*m*s.
+            point: Where the linear impulse acts, metres; None is the centre of mass.
+            coordinates: Of all three: "world" or "entity".
+        """
+        impulse = wire.ApplyImpulse(
+            entity_id=_encode.entity_id(entity),
+            linear=None if linear is None else _encode.vector(linear, "linear"),
+            angular=None if angular is None else _encode.vector(angular, "angular"),
+            point=None if point is None else _encode.vector(point, "point"),
+            coordinates=_encode.coordinates(coordinates),
+        )
+        self._submit(wire.Command(apply_impulse=impulse))
+
+    def apply_forces(self, entities: Iterable[Entity | int] | Any, forces: Any = None, torques: Any = None) -> None:
+        """Pushes many entities for one step, at their centres of mass: the fast way.
+
+        Args:
+            entities: n entities or an array of n ids.
+            forces: (n, 3), N; None for none.
+            torques: (n, 3), N*m; None for none.
+        """
+        columns = wire.ApplyForceColumns(
+            entity_ids=_encode.id_column(entities),
+            forces=b"" if forces is None else _encode.vector_column(forces, "forces"),
+            torques=b"" if torques is None else _encode.vector_column(torques, "torques"),
+        )
+        self._submit(wire.Command(apply_forces=columns))
+
+    def set_velocity(
+        self, entity: Entity | int, *, linear: Vector | None = None, angular: Vector | None = None
+    ) -> None:
+        """Sets the velocity of the centre of mass in m/s and the spin in rad/s; None leaves one as it is."""
+        velocity = wire.SetVelocity(
+            entity_id=_encode.entity_id(entity),
+            linear=None if linear is None else _encode.vector(linear, "linear"),
+            angular=None if angular is None else _encode.vector(angular, "angular"),
+        )
+        self._submit(wire.Command(set_velocity=velocity))
+
+    def set_pose(
+        self, entity: Entity | int, *, position: Vector, orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    ) -> None:
+        """Puts an entity somewhere else, position in metres; its velocity stays."""
+        pose = _encode.pose(position, orientation)
+        self._submit(wire.Command(set_pose=wire.SetPose(entity_id=_encode.entity_id(entity), pose=pose)))
+
+    def set_gravity(self, gravity: Vector) -> None:
+        """Changes the gravity of the world, m/s^2."""
+        self._submit(wire.Command(set_gravity=wire.SetGravity(gravity=_encode.vector(gravity, "gravity"))))
+
+    def set_engine(self, engine: str) -> None:
+        """Moves the running world to another engine, state kept; "none" detaches it, then nothing moves.
+
+        Args:
+            engine: As in "bullet"; see `Server.engines`.
+        """
+        self._submit(wire.Command(set_engine=wire.SetEngine(engine=_encode.resource("engines", engine))))
+
+    def set_stepper(
+        self,
+        *,
+        step_size: float | None = None,
+        quality: str | None = None,
+        solver: str | None = None,
+        substeps: int | None = None,
+        iterations: int | None = None,
+    ) -> None:
+        """Changes how time advances; what is None takes the server's default, not its old value.
+
+        Args:
+            step_size: Seconds of one step.
+            quality: "fast", "balanced" or "accurate": a preset of what follows.
+            solver: "iterative" or "direct".
+            substeps: Equal parts of a step.
+            iterations: Sweeps of an iterative solver in each of them.
+        """
+        stepper = _encode.stepper(step_size, quality, solver, substeps, iterations)
+        self._submit(wire.Command(set_stepper=wire.SetStepper(stepper=stepper)))
+
+    def _add(self, shape: model.Shape, options: Any) -> Entity:
+        if "mass" in options and "density" in options:
+            raise ValueError("give mass or density, not both")
+        of_geometry = {key: options.pop(key) for key in _GEOMETRY_KEYWORDS if key in options}
+        return self._create(_encode.entity(geometries=[model.Geometry(shape=shape, **of_geometry)], **options))
+
+
+class Batch(Commands):
+    """Commands that go with the next `World.step`; made by `World.batch`."""
+
+    def __init__(self) -> None:
+        self.commands: list[Any] = []
+        self._created: dict[int, Entity] = {}
+
+    def __len__(self) -> int:
+        return len(self.commands)
+
+    def _create(self, entity: Any) -> Entity:
+        handle = Entity(None, entity.display_name)
+        self._created[len(self.commands)] = handle
+        self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
+        return handle
+
+    def _submit(self, command: Any) -> None:
+        self.commands.append(command)
+
+    def _append(self, other: Batch) -> None:
+        offset = len(self.commands)
+        self.commands += other.commands
+        self._created.update({offset + index: handle for index, handle in other._created.items()})
+
+    def _settle(self, results: Sequence[Any]) -> tuple[Entity, ...]:
+        """Gives the created entities their ids and returns them in order."""
+        for index, handle in self._created.items():
+            handle._id = results[index].created_id
+        return tuple(self._created[index] for index in sorted(self._created))
+
+
+def _force(
+    entity: Entity | int,
+    force: Vector | None,
+    torque: Vector | None,
+    point: Vector | None,
+    coordinates: str,
+    steps: int | None,
+    replace: bool,
+) -> Any:
+    return wire.ApplyForce(
+        entity_id=_encode.entity_id(entity),
+        force=None if force is None else _encode.vector(force, "force"),
+        torque=None if torque is None else _encode.vector(torque, "torque"),
+        point=None if point is None else _encode.vector(point, "point"),
+        coordinates=_encode.coordinates(coordinates),
+        steps=steps,
+        replace=replace,
+    )

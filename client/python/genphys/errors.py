@@ -1,0 +1,218 @@
+"""What can go wrong: one exception per reason of the server, and a few of the connection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import grpc
+
+from ._contract import message_class
+
+_DETAILS_KEY = "grpc-status-details-bin"
+
+
+class GenphysError(Exception):
+    """The base of everything that a server refuses and of every failure to reach one.
+
+    Attributes:
+        message: What was wrong, for people.
+        reason: The stable name of the cause, as in "STALE_ID"; empty if the server gave none.
+        field: Path of the field to blame, as in "commands[3].set_pose.pose.position.x"; empty if none is.
+        code: The gRPC status code; None if no call was made.
+        metadata: Further details by name.
+    """
+
+    default_reason: ClassVar[str] = ""
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        reason: str | None = None,
+        field: str = "",
+        code: grpc.StatusCode | None = None,
+        metadata: Mapping[str, str] | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.reason = self.default_reason if reason is None else reason
+        self.field = field
+        self.code = code
+        self.metadata = dict(metadata or {})
+
+    def __str__(self) -> str:
+        what = self.reason or (self.code.name if self.code else "")
+        where = f" at {self.field}" if self.field else ""
+        return f"{self.message} [{what}{where}]" if what else self.message
+
+
+class StaleIdError(GenphysError):
+    """The id once named something that is gone."""
+
+    default_reason = "STALE_ID"
+
+
+class UnsupportedFeatureError(GenphysError):
+    """The engine of the world does not have this feature; see `Server.engines`."""
+
+    default_reason = "UNSUPPORTED_FEATURE"
+
+
+class NotFiniteError(GenphysError):
+    """NaN or infinity was sent."""
+
+    default_reason = "NOT_FINITE"
+
+
+class NotUnitLengthError(GenphysError):
+    """A quaternion or normal is zero or not of length 1."""
+
+    default_reason = "NOT_UNIT_LENGTH"
+
+
+class LimitExceededError(GenphysError):
+    """A queue or quota of the server is at its published limit."""
+
+    default_reason = "LIMIT_EXCEEDED"
+
+
+class HistoryGoneError(GenphysError):
+    """The events to resume after are no longer kept."""
+
+    default_reason = "HISTORY_GONE"
+
+
+class WorldNotPausedError(GenphysError):
+    """The world is playing and this needs it paused."""
+
+    default_reason = "WORLD_NOT_PAUSED"
+
+
+class DrainingError(GenphysError):
+    """The server is shutting down."""
+
+    default_reason = "DRAINING"
+
+
+class MissingFieldError(GenphysError):
+    """Something that must be given is not."""
+
+    default_reason = "MISSING_FIELD"
+
+
+class OutOfRangeError(GenphysError):
+    """A value, a length or a number of elements is outside its declared limits."""
+
+    default_reason = "OUT_OF_RANGE"
+
+
+class WorldNotFoundError(GenphysError):
+    """No world has this name."""
+
+    default_reason = "WORLD_NOT_FOUND"
+
+
+class AlreadyExistsError(GenphysError):
+    """A world has this name already."""
+
+    default_reason = "ALREADY_EXISTS"
+
+
+class StepMismatchError(GenphysError):
+    """The world is not at the expected step."""
+
+    default_reason = "STEP_MISMATCH"
+
+
+class DivergedError(GenphysError):
+    """The step produced a state that is not finite."""
+
+    default_reason = "DIVERGED"
+
+
+class PoisonedError(GenphysError):
+    """Refused because it ended the engine twice."""
+
+    default_reason = "POISONED"
+
+
+class BudgetExceededError(GenphysError):
+    """It would take more time or memory than the world may use."""
+
+    default_reason = "BUDGET_EXCEEDED"
+
+
+class SnapshotIncompatibleError(GenphysError):
+    """The snapshot is of another engine, build or format."""
+
+    default_reason = "SNAPSHOT_INCOMPATIBLE"
+
+
+class WorldFaultedError(GenphysError):
+    """The world is faulted: it can be read, reset and deleted, nothing else."""
+
+    default_reason = "WORLD_FAULTED"
+
+
+class EntityNotFoundError(GenphysError):
+    """The id never named anything."""
+
+    default_reason = "ENTITY_NOT_FOUND"
+
+
+class InvalidValueError(GenphysError):
+    """Within its limits and still impossible, as an inertia that no body has or a name of the wrong form."""
+
+    default_reason = "INVALID_VALUE"
+
+
+class UnavailableError(GenphysError):
+    """No server answers at the address, or the connection broke."""
+
+
+class DeadlineExceededError(GenphysError):
+    """The call took longer than its `timeout`; it may or may not have been done."""
+
+
+class CancelledError(GenphysError):
+    """The call was ended from this side, as by `close()` in another thread."""
+
+
+class LaunchError(GenphysError):
+    """The private server of `launch` was not found or did not start; the message says what to do."""
+
+
+BY_REASON: dict[str, type[GenphysError]] = {
+    kind.default_reason: kind for kind in GenphysError.__subclasses__() if kind.default_reason
+}
+
+_BY_CODE: dict[grpc.StatusCode, type[GenphysError]] = {
+    grpc.StatusCode.UNAVAILABLE: UnavailableError,
+    grpc.StatusCode.DEADLINE_EXCEEDED: DeadlineExceededError,
+    grpc.StatusCode.CANCELLED: CancelledError,
+}
+
+
+def from_rpc_error(error: Any) -> GenphysError:
+    """Returns the exception that says what a failed call's status and details say."""
+    code = error.code()
+    message = error.details() or code.name
+    reason, field, metadata = "", "", {}
+    for detail in _details(error):
+        kind = detail.type_url.rpartition("/")[2]
+        if kind == "google.rpc.ErrorInfo":
+            info = message_class(kind).FromString(detail.value)
+            reason, metadata = info.reason, dict(info.metadata)
+        elif kind == "google.rpc.BadRequest":
+            violations = message_class(kind).FromString(detail.value).field_violations
+            field = violations[0].field if violations else ""
+    kind = BY_REASON.get(reason) or _BY_CODE.get(code, GenphysError)
+    return kind(message, reason=reason, field=field, code=code, metadata=metadata)
+
+
+def _details(error: Any) -> list[Any]:
+    for key, value in error.trailing_metadata() or ():
+        if key == _DETAILS_KEY:
+            return list(message_class("google.rpc.Status").FromString(value).details)
+    return []

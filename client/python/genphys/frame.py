@@ -1,0 +1,273 @@
+"""What a world looked like after one step: columns as numpy arrays that share the bytes of the message."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _encode
+from ._contract import SCALAR
+from .model import Entity, Stamp
+
+if TYPE_CHECKING:
+    from .events import Event
+
+_DTYPES: dict[int, np.dtype[Any]] = {
+    0: np.dtype("<f8"),
+    SCALAR.number("float64"): np.dtype("<f8"),
+    SCALAR.number("float32"): np.dtype("<f4"),
+}
+_ID = np.dtype("<u8")
+
+FloatColumn = NDArray[np.floating[Any]]
+
+
+def stamp_of(message: Any) -> Stamp:
+    """Returns the Stamp of a WorldStamp message."""
+    return Stamp(
+        step=message.step,
+        time=message.simulation_time_seconds,
+        epoch=message.epoch,
+        state_hash=message.state_hash if message.HasField("state_hash") else None,
+    )
+
+
+class Rows:
+    """Which entity is in which row: shared by all frames with the same set of rows."""
+
+    __slots__ = ("ids", "key", "_index")
+
+    def __init__(self, key: tuple[int, int], column: bytes) -> None:
+        self.key = key
+        self.ids: NDArray[np.uint64] = np.frombuffer(column, _ID)
+        self._index: dict[int, int] | None = None
+
+    def find(self, entity: object) -> int:
+        """Returns the row of an entity; raises KeyError if it has none."""
+        if self._index is None:
+            # Built at the first question and kept: most frames are never asked, and their rows rarely change.
+            self._index = {each: row for row, each in enumerate(self.ids.tolist())}
+        number = _encode.entity_id(entity)
+        try:
+            return self._index[number]
+        except KeyError:
+            raise KeyError(f"entity {number} is not in this frame") from None
+
+
+class RowsCache:
+    """Remembers the last set of rows of one source of frames, which is not sent again while it is the same."""
+
+    def __init__(self) -> None:
+        self._last: Rows | None = None
+
+    def rows_of(self, message: Any) -> Rows:
+        """Returns the rows of a Frame message."""
+        key = (message.stamp.epoch, message.rows_id)
+        last = self._last
+        if last is not None and last.key == key and message.rows_id != 0:
+            return last
+        rows = Rows(key, message.entity_ids)
+        if not message.HasField("keyframe_step"):
+            self._last = rows
+        return rows
+
+
+class Frame:
+    """One state of a world. Row i of every column is the entity `ids[i]`; find a row with `row(entity)`.
+
+    The columns are read-only views of the received bytes. Asking for one that was not requested raises
+    AttributeError.
+    """
+
+    __slots__ = ("_message", "_rows", "_stamp", "_columns")
+
+    def __init__(self, message: Any, rows: Rows | None = None, stamp: Any = None) -> None:
+        self._message = message
+        self._rows = rows or Rows((0, 0), message.entity_ids)
+        self._stamp = message.stamp if stamp is None else stamp
+        self._columns: dict[str, FloatColumn] = {}
+
+    @property
+    def stamp(self) -> Stamp:
+        """When this was true."""
+        return stamp_of(self._stamp)
+
+    @property
+    def step(self) -> int:
+        """After which step of the world."""
+        return int(self._stamp.step)
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the beginning of the epoch."""
+        return float(self._stamp.simulation_time_seconds)
+
+    @property
+    def epoch(self) -> int:
+        """Changes when the world is reset."""
+        return int(self._stamp.epoch)
+
+    @property
+    def state_hash(self) -> int | None:
+        """Hash of the whole physical state, if the world records it."""
+        return self.stamp.state_hash
+
+    @property
+    def ids(self) -> NDArray[np.uint64]:
+        """(n,): the entity of each row."""
+        return self._rows.ids
+
+    @property
+    def positions(self) -> FloatColumn:
+        """(n, 3): of the entity's frame, metres, world coordinates."""
+        return self._column("positions", 3)
+
+    @property
+    def orientations(self) -> FloatColumn:
+        """(n, 4): unit quaternions w x y z, entity to world."""
+        return self._column("orientations", 4)
+
+    @property
+    def linear_velocities(self) -> FloatColumn:
+        """(n, 3): of the centre of mass, m/s, world coordinates."""
+        return self._column("linear_velocities", 3)
+
+    @property
+    def angular_velocities(self) -> FloatColumn:
+        """(n, 3): rad/s, world coordinates."""
+        return self._column("angular_velocities", 3)
+
+    @property
+    def net_forces(self) -> FloatColumn:
+        """(n, 6): force in N and torque in N*m that acted in the last step, world coordinates."""
+        return self._column("net_forces", 6)
+
+    @property
+    def asleep(self) -> NDArray[np.bool_]:
+        """(n,): whether it sleeps. A copy: it travels as bits."""
+        bits = np.frombuffer(self._message.asleep, np.uint8)
+        if bits.size == 0:
+            return np.zeros(len(self), bool)
+        return np.unpackbits(bits, count=len(self), bitorder="little").astype(bool)
+
+    @property
+    def skipped_frames(self) -> int:
+        """Of `World.frames`: how many frames this listener was too slow to receive since the last one."""
+        return int(self._message.skipped_frames)
+
+    def row(self, entity: object) -> int:
+        """Returns the row of an `Entity` or id; raises KeyError if it is not in this frame."""
+        return self._rows.find(entity)
+
+    def __len__(self) -> int:
+        return len(self._rows.ids)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} step {self.step}, {self.time:.6g} s, {len(self)} entities>"
+
+    def _column(self, name: str, width: int) -> FloatColumn:
+        # Kept, because protobuf copies a bytes field each time that it is read.
+        column = self._columns.get(name)
+        if column is None:
+            column = np.frombuffer(getattr(self._message, name), _DTYPES[self._message.scalar]).reshape(-1, width)
+            if len(column) != len(self._rows.ids):
+                raise AttributeError(f"{name} were not asked for: see FrameRequest")
+            self._columns[name] = column
+        return column
+
+
+@dataclasses.dataclass(frozen=True)
+class StepStats:
+    """Where the last step's time went.
+
+    Attributes:
+        entities_asleep: Resting, left out.
+        entities_in_flight: Integrated exactly, without the engine.
+        entities_in_engine: Stepped by the engine.
+        pairs_tested: Pairs of geometries that were looked at closely.
+        contacts: Contact points found.
+        islands: Groups of entities that touch or are joined.
+        stages: Nanoseconds of each part of the step, by name, in order of time.
+    """
+
+    entities_asleep: int
+    entities_in_flight: int
+    entities_in_engine: int
+    pairs_tested: int
+    contacts: int
+    islands: int
+    stages: dict[str, int]
+
+
+class StepResult(Frame):
+    """What came of `World.step`: the frame after the last step, and what happened on the way.
+
+    Attributes:
+        events: Of the commands and of all steps, in order; empty if none were asked for.
+        created: Entities that the commands of a batch created, in order.
+        stats: Of the last step; None if they were not asked for.
+    """
+
+    __slots__ = ("events", "created", "stats")
+
+    def __init__(
+        self,
+        response: Any,
+        rows: Rows,
+        events: tuple[Event, ...],
+        created: tuple[Entity, ...],
+        stats: StepStats | None,
+    ) -> None:
+        # Without a frame the reply is stamped all the same.
+        super().__init__(response.frame, rows, response.stamp)
+        self.events = events
+        self.created = created
+        self.stats = stats
+
+
+def stats_of(message: Any) -> StepStats:
+    """Returns the StepStats of a message."""
+    return StepStats(
+        entities_asleep=message.entities_asleep,
+        entities_in_flight=message.entities_in_flight,
+        entities_in_engine=message.entities_in_engine,
+        pairs_tested=message.pairs_tested,
+        contacts=message.contacts,
+        islands=message.islands,
+        stages={stage.stage: stage.nanoseconds for stage in message.stages},
+    )
+
+
+_MERGED = ("positions", "orientations", "linear_velocities", "angular_velocities", "net_forces")
+
+
+class DeltaMerger:
+    """Turns keyframes and deltas into whole frames."""
+
+    def __init__(self) -> None:
+        self._keyframe: Frame | None = None
+
+    def merge(self, frame: Frame, message: Any) -> Frame | None:
+        """Returns the whole frame, or None for a delta against a keyframe that never came."""
+        if not message.HasField("keyframe_step"):
+            self._keyframe = frame
+            return frame
+        base = self._keyframe
+        if base is None or base.step != message.keyframe_step or base.epoch != frame.epoch:
+            return None
+        rows = [base.row(each) for each in frame.ids.tolist()]
+        whole = type(message)()
+        whole.CopyFrom(message)
+        whole.ClearField("keyframe_step")
+        for name in _MERGED:
+            if getattr(base._message, name):
+                column = getattr(base, name).copy()
+                column[rows] = getattr(frame, name)
+                setattr(whole, name, column.tobytes())
+        asleep = base.asleep
+        asleep[rows] = frame.asleep
+        whole.asleep = np.packbits(asleep, bitorder="little").tobytes()
+        return Frame(whole, base._rows)

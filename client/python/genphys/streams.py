@@ -1,0 +1,213 @@
+"""What a server pushes: events and frames, as iterators that survive a lost connection."""
+
+from __future__ import annotations
+
+import collections
+import threading
+import time
+from collections.abc import Callable, Iterator
+from types import TracebackType
+from typing import Any, Generic, NamedTuple, TypeVar, Union
+
+import grpc
+
+from . import errors, events
+from ._connection import Connection
+from ._contract import wire
+from .frame import DeltaMerger, Frame, RowsCache
+
+RECONNECT_SECONDS = 30.0
+"""How long a stream tries to come back after a lost connection before it raises."""
+
+_RETRY_SECONDS_MIN = 0.05
+_RETRY_SECONDS_MAX = 2.0
+
+Item = TypeVar("Item")
+AnyEvent = Union[events.Event, events.Gap, events.EpochBegan]
+
+
+class Position(NamedTuple):
+    """How far a listener has come: where `World.events(after=...)` goes on."""
+
+    epoch: int
+    sequence: int
+
+
+class Stream(Generic[Item]):
+    """An iterator over what a server pushes. Use it in a `with` or call `close()`.
+
+    One thread iterates; any thread may close.
+    """
+
+    _method = ""
+
+    def __init__(self, connection: Connection, duration: float | None) -> None:
+        self._connection = connection
+        self._ends_at = None if duration is None else time.monotonic() + duration
+        self._ready: collections.deque[Item] = collections.deque()
+        self._closed = False
+        self._call: Any = None
+        self._subscribe()
+
+    def __iter__(self) -> Iterator[Item]:
+        return self
+
+    def __next__(self) -> Item:
+        while not self._ready:
+            self._receive()
+        return self._ready.popleft()
+
+    def __enter__(self) -> Stream[Item]:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the stream; a thread that waits in it gets StopIteration. May be called again."""
+        self._closed = True
+        if self._call is not None:
+            self._call.cancel()
+
+    def __del__(self) -> None:
+        if getattr(self, "_call", None) is not None:
+            self._call.cancel()
+
+    def _request(self) -> Any:
+        raise NotImplementedError
+
+    def _take(self, response: Any) -> None:
+        raise NotImplementedError
+
+    def _receive(self) -> None:
+        """Reads one message, coming back first if the connection is lost."""
+        if self._closed:
+            raise StopIteration
+        try:
+            self._take(next(self._call))
+        except grpc.RpcError as error:
+            if self._closed or self._is_over(error):
+                raise StopIteration from None
+            if error.code() != grpc.StatusCode.UNAVAILABLE:
+                raise errors.from_rpc_error(error) from None
+            self._resubscribe(errors.from_rpc_error(error))
+
+    def _subscribe(self) -> None:
+        """Starts the call and waits for its first message, so that nothing after this moment is missed."""
+        remaining = None if self._ends_at is None else max(self._ends_at - time.monotonic(), 0.0)
+        self._call = self._connection.stream(self._method, self._request(), timeout=remaining)
+        late = threading.Event()
+        watchdog = threading.Timer(self._connection.first_message_timeout(), _cancel_late, (self._call, late))
+        watchdog.daemon = True
+        watchdog.start()
+        try:
+            self._take(next(self._call))
+        except grpc.RpcError as error:
+            if late.is_set():
+                code = grpc.StatusCode.DEADLINE_EXCEEDED
+                raise errors.DeadlineExceededError(f"{self._method} sent no first message", code=code) from None
+            if not self._is_over(error):
+                raise errors.from_rpc_error(error) from None
+            self._closed = True
+        except StopIteration:
+            self._closed = True
+        finally:
+            watchdog.cancel()
+
+    def _resubscribe(self, cause: errors.GenphysError) -> None:
+        give_up_at = time.monotonic() + RECONNECT_SECONDS
+        pause = _RETRY_SECONDS_MIN
+        while not self._closed:
+            time.sleep(pause)
+            pause = min(2 * pause, _RETRY_SECONDS_MAX)
+            try:
+                self._subscribe()
+                return
+            except errors.GenphysError as error:
+                if error.code != grpc.StatusCode.UNAVAILABLE:
+                    raise
+                if time.monotonic() > give_up_at:
+                    raise error from cause
+        raise StopIteration
+
+    def _is_over(self, error: Any) -> bool:
+        return self._ends_at is not None and error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
+
+
+def _cancel_late(call: Any, late: threading.Event) -> None:
+    late.set()
+    call.cancel()
+
+
+class EventStream(Stream[AnyEvent]):
+    """Events of one world in order, each once; see `World.events`."""
+
+    _method = "WatchEvents"
+
+    def __init__(
+        self,
+        connection: Connection,
+        world: str,
+        filter: Any,
+        after: Position | None,
+        duration: float | None,
+        decode: Callable[[Any], events.Event],
+    ) -> None:
+        self._world = world
+        self._filter = filter
+        self._position = after
+        self._decode = decode
+        super().__init__(connection, duration)
+
+    @property
+    def position(self) -> Position:
+        """How far this listener has come; give it to `World.events(after=...)` to go on from here."""
+        if self._position is None:
+            raise ValueError("the stream ended before it began")
+        return self._position
+
+    def _request(self) -> Any:
+        request = wire.WatchEventsRequest(world=self._world, filter=self._filter)
+        if self._position is not None:
+            request.epoch, request.after_sequence = self._position
+        return request
+
+    def _take(self, response: Any) -> None:
+        epoch = response.stamp.epoch
+        if self._position is not None and self._position.epoch != epoch:
+            self._ready.append(events.EpochBegan(epoch))
+            self._position = Position(epoch, 0)
+        seen = 0 if self._position is None else self._position.sequence
+        if response.HasField("gap"):
+            self._ready.append(events.Gap(response.gap.first_sequence, response.gap.last_sequence))
+        for message in response.batch.events:
+            # After a lost connection the server may repeat what it had sent already.
+            if message.sequence == 0 or message.sequence > seen:
+                self._ready.append(self._decode(message))
+        reached = max(seen, response.batch.last_sequence, response.gap.last_sequence)
+        self._position = Position(epoch, reached)
+
+
+class FrameStream(Stream[Frame]):
+    """Frames of one world, newest first when this listener is slow; see `World.frames`."""
+
+    _method = "WatchFrames"
+
+    def __init__(
+        self, connection: Connection, world: str, frame: Any, every: int | None, duration: float | None
+    ) -> None:
+        self._fixed = wire.WatchFramesRequest(world=world, frame=frame, every_nth_step=every)
+        self._rows = RowsCache()
+        self._merger = DeltaMerger()
+        super().__init__(connection, duration)
+
+    def _request(self) -> Any:
+        return self._fixed
+
+    def _take(self, response: Any) -> None:
+        message = response.frame
+        frame = self._merger.merge(Frame(message, self._rows.rows_of(message)), message)
+        if frame is not None:
+            self._ready.append(frame)

@@ -1,0 +1,288 @@
+"""One world on a server."""
+
+from __future__ import annotations
+
+import contextlib
+import weakref
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from . import _decode, _encode, model
+from ._connection import Connection
+from ._contract import wire
+from .commands import Batch, Commands
+from .events import EntityCreated, EntityUpdated, Event, decode
+from .frame import RowsCache, StepResult, stamp_of, stats_of
+from .model import Entity, EntityInfo, Stamp, WorldInfo
+from .streams import EventStream, FrameStream, Position, Stream
+
+_PAGE_SIZE = 1000
+
+
+class World(Commands):
+    """One world. Made by `Server.create_world` and `Server.world`.
+
+    A world that was created here is deleted at the end of its `with` block; one that was joined is left alone.
+    Every method takes `timeout` in seconds; None is the default of the connection. Calls may come from several
+    threads, but the commands of a batch go with the step of whoever steps next.
+    """
+
+    def __init__(self, connection: Connection, name: str, owned: bool) -> None:
+        self._connection = connection
+        self._name = name
+        self._owned = owned
+        self._names: dict[int, str] = {}
+        self._pending = Batch()
+        self._rows = RowsCache()
+        self._streams: weakref.WeakSet[Stream[Any]] = weakref.WeakSet()
+        # Requests of the usual kinds are made once: copying one is cheaper than filling it.
+        self._frame_requests = {True: _encode.frame_request(True), False: None}
+
+    @property
+    def name(self) -> str:
+        """Its name, as in "lab"."""
+        return _decode.short_name(self._name)
+
+    def __enter__(self) -> World:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+        if self._owned and not self._connection.closed:
+            self.delete()
+
+    def __repr__(self) -> str:
+        return f"<World {self.name} at {self._connection.address}>"
+
+    def close(self) -> None:
+        """Ends the streams that were opened here; the world lives on. May be called again."""
+        for stream in list(self._streams):
+            stream.close()
+
+    def learn_names(self) -> None:
+        """Learns the names of the first entities, for events; `entities` learns all.
+
+        Raises:
+            WorldNotFoundError: the world is gone.
+        """
+        request = wire.ListEntitiesRequest(world=self._name, page_size=_PAGE_SIZE)
+        for entity in self._connection.call("ListEntities", request).entities:
+            self._names[entity.id] = entity.display_name
+
+    def info(self, *, timeout: float | None = None) -> WorldInfo:
+        """Returns its engine, state, gravity, step size and stamp."""
+        response = self._connection.call("GetWorld", wire.GetWorldRequest(name=self._name), timeout)
+        return _decode.world_info(response.world, response.stamp)
+
+    def entity(self, entity: Entity | int, *, timeout: float | None = None) -> EntityInfo:
+        """Returns one entity as it is now.
+
+        Raises:
+            StaleIdError: it is gone.
+            EntityNotFoundError: there never was one with this id.
+        """
+        request = wire.GetEntityRequest(world=self._name, entity_id=_encode.entity_id(entity))
+        return self._learn(_decode.entity_info(self._connection.call("GetEntity", request, timeout).entity))
+
+    def entities(self, *, timeout: float | None = None) -> list[EntityInfo]:
+        """Returns all entities as they are now, in order of id."""
+        found: list[EntityInfo] = []
+        request = wire.ListEntitiesRequest(world=self._name, page_size=_PAGE_SIZE)
+        while True:
+            response = self._connection.call("ListEntities", request, timeout)
+            found += [self._learn(_decode.entity_info(each)) for each in response.entities]
+            if not response.next_page_token:
+                return found
+            request.page_token = response.next_page_token
+
+    def step(
+        self,
+        steps: int = 1,
+        *,
+        frame: bool | model.FrameRequest = True,
+        events: bool | model.EventFilter = True,
+        stats: bool = False,
+        step_size: float | None = None,
+        expected_step: int | None = None,
+        timeout: float | None = None,
+    ) -> StepResult:
+        """Applies the collected commands, advances time, and returns what came of it: one round trip.
+
+        Args:
+            steps: How many; 0 applies the commands alone.
+            frame: Columns of the frame after the last step; False for none.
+            events: Which events of all steps to return; False for none.
+            stats: Whether to return where the time of the last step went.
+            step_size: Seconds of each of these steps; None is the stepper's.
+            expected_step: Refuse unless the world is at this step.
+            timeout: Seconds of wall-clock time for the call.
+
+        Raises:
+            StepMismatchError: the world is not at `expected_step`.
+            WorldNotPausedError: the world is playing.
+            DivergedError: the state became infinite.
+            GenphysError: a collected command was refused: none was applied, and all are dropped.
+        """
+        pending, self._pending = self._pending, Batch()
+        request = wire.StepRequest(
+            world=self._name,
+            commands=pending.commands,
+            steps=steps,
+            step_size_seconds=step_size,
+            frame=self._frame_requests[frame] if isinstance(frame, bool) else _encode.frame_request(frame),
+            events=_encode.event_filter(events),
+            stats=stats,
+            expected_step=expected_step,
+        )
+        response = self._connection.call("Step", request, timeout)
+        created = pending._settle(response.results) if pending.commands else ()
+        for entity in created:
+            self._names[entity.id] = entity.name
+        return StepResult(
+            response,
+            self._rows.rows_of(response.frame),
+            tuple(self._event(message) for message in response.events.events),
+            created,
+            stats_of(response.stats) if stats else None,
+        )
+
+    @contextlib.contextmanager
+    def batch(self) -> Iterator[Batch]:
+        """Collects commands that go with the next `step`: `with world.batch() as b: b.apply_force(...)`.
+
+        They are applied in order before its first step, or none of them. If the block raises, they are dropped.
+        Entities that the batch adds have an id after that step.
+        """
+        batch = Batch()
+        yield batch
+        self._pending._append(batch)
+
+    def play(self, real_time_factor: float | None = None, *, timeout: float | None = None) -> Stamp:
+        """Lets the world move by itself.
+
+        Args:
+            real_time_factor: Simulated seconds per second; None is 1, 0 is as fast as possible.
+            timeout: Seconds.
+        """
+        request = wire.PlayWorldRequest(name=self._name, real_time_factor=real_time_factor)
+        return stamp_of(self._connection.call("PlayWorld", request, timeout).stamp)
+
+    def pause(self, *, timeout: float | None = None) -> Stamp:
+        """Stops the world between two steps."""
+        request = wire.PauseWorldRequest(name=self._name)
+        return stamp_of(self._connection.call("PauseWorld", request, timeout).stamp)
+
+    def reset(self, *, timeout: float | None = None) -> Stamp:
+        """Takes the world back to its creation, in a new epoch."""
+        request = wire.ResetWorldRequest(name=self._name)
+        return stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
+
+    def delete(self, *, timeout: float | None = None) -> None:
+        """Ends the world on the server.
+
+        Raises:
+            WorldNotFoundError: somebody else did.
+        """
+        self.close()
+        self._owned = False
+        self._connection.call("DeleteWorld", wire.DeleteWorldRequest(name=self._name), timeout)
+
+    def cast_rays(
+        self, origins: Any, translations: Any, *, collides_with_bits: int | None = None, timeout: float | None = None
+    ) -> model.RayHits:
+        """Returns the first thing that each ray hits, now.
+
+        Args:
+            origins: (n, 3) or (3,): where each ray begins, metres.
+            translations: (n, 3) or (3,): from its beginning to its end, metres.
+            collides_with_bits: The categories that stop a ray, one bit each; None is all.
+            timeout: Seconds.
+        """
+        starts, ways = np.broadcast_arrays(np.atleast_2d(origins), np.atleast_2d(translations))
+        request = wire.CastRaysRequest(
+            world=self._name,
+            origins=_encode.vector_column(starts, "origins"),
+            translations=_encode.vector_column(ways, "translations"),
+            collides_with_bits=collides_with_bits,
+        )
+        response = self._connection.call("CastRays", request, timeout)
+        ids = np.frombuffer(response.entity_ids, "<u8")
+        fractions = np.frombuffer(response.fractions, "<f8")
+        return model.RayHits(
+            hit=ids != 0,
+            entity_ids=ids,
+            fractions=fractions,
+            normals=np.frombuffer(response.normals, "<f8").reshape(-1, 3),
+            points=starts + fractions[:, np.newaxis] * ways,
+        )
+
+    def events(
+        self,
+        filter: model.EventFilter | None = None,
+        *,
+        after: Position | tuple[int, int] | None = None,
+        duration: float | None = None,
+    ) -> EventStream:
+        """Returns an iterator over events as they happen; it misses nothing after it is returned.
+
+        A lost connection is taken up again where it broke. `Gap` says which events are lost because this listener
+        was too slow, `EpochBegan` that the world was reset.
+
+        Args:
+            filter: Which events; None is all that the world records.
+            after: The `position` of an earlier stream, to go on from there; None is from now on.
+            duration: Seconds of wall-clock time after which the iteration ends; None is never.
+
+        Raises:
+            HistoryGoneError: the server no longer keeps the events after `after`.
+        """
+        start = None if after is None else Position(*after)
+        wanted = _encode.event_filter(filter)
+        stream = EventStream(self._connection, self._name, wanted, start, duration, self._event)
+        self._streams.add(stream)
+        return stream
+
+    def frames(
+        self,
+        frame: bool | model.FrameRequest = True,
+        *,
+        every: int | None = None,
+        duration: float | None = None,
+    ) -> FrameStream:
+        """Returns an iterator over frames as they happen, whoever steps the world; the first comes at once.
+
+        A listener that is too slow gets the newest frame and `skipped_frames`; the world never waits for it.
+
+        Args:
+            frame: Which columns.
+            every: Only steps whose number is a multiple of this.
+            duration: Seconds of wall-clock time after which the iteration ends; None is never.
+        """
+        stream = FrameStream(self._connection, self._name, _encode.frame_request(frame), every, duration)
+        self._streams.add(stream)
+        return stream
+
+    def _create(self, entity: Any) -> Entity:
+        request = wire.CreateEntityRequest(world=self._name, entity=entity)
+        return self._learn(_decode.entity_info(self._connection.call("CreateEntity", request).entity)).entity
+
+    def _submit(self, command: Any) -> None:
+        self._connection.call("Step", wire.StepRequest(world=self._name, commands=[command], steps=0))
+
+    def _learn(self, info: EntityInfo) -> EntityInfo:
+        self._names[info.id] = info.name
+        return info
+
+    def _event(self, message: Any) -> Event:
+        event = decode(message, self._entity)
+        if isinstance(event, (EntityCreated, EntityUpdated)):
+            self._learn(event.info)
+        return event
+
+    def _entity(self, number: int) -> Entity:
+        return Entity(number, self._names.get(number, ""))
