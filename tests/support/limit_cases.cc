@@ -251,9 +251,13 @@ class Generator {
            limit.column().may_be_empty() ? std::nullopt : std::optional<Reason>(Reason::kInvalidValue),
            [](std::string& bytes) { bytes.clear(); });
     }
-    const uint64_t rows = limit.max_items() + 1;
-    if (limit.max_items() != 0 && rows * row <= options_.field_bytes_max) {
-      emit("above max rows", field->name(), Reason::kOutOfRange, [&](std::string& bytes) { bytes.resize(rows * row); });
+    if (const uint64_t rows = limit.max_items(); rows != 0 && (rows + 1) * row <= options_.field_bytes_max) {
+      Emit(way, field->name(), "at max rows", std::nullopt, [&](Message& holder) {
+        ClearColumns(holder);
+        FillColumns(holder, rows);
+      });
+      emit("above max rows", field->name(), Reason::kOutOfRange,
+           [&](std::string& bytes) { bytes.resize((rows + 1) * row); });
     }
     if (limit.column().scalar() != v1::SCALAR_FIXED64) ProbeScalars(field, limit, emit);
   }

@@ -210,6 +210,13 @@ void FillColumns(Message& message, size_t rows) {
   }
 }
 
+void ClearColumns(Message& message) {
+  const Descriptor* type = message.GetDescriptor();
+  for (int i = 0; i < type->field_count(); ++i) {
+    if (LimitOf(type->field(i)).has_column()) message.GetReflection()->ClearField(&message, type->field(i));
+  }
+}
+
 void SetScalar(std::string& bytes, const v1::Column& column, size_t index, double value) {
   char* place = bytes.data() + index * BytesPerScalar(column);
   if (column.scalar() == v1::SCALAR_FLOAT32) {

@@ -53,6 +53,8 @@ size_t BytesPerScalar(const v1::Column& column);
 size_t BytesPerRow(const v1::Column& column);
 /// Makes every column of `message` have the rows of the one that decides, `rows` of them if that one is empty.
 void FillColumns(google::protobuf::Message& message, size_t rows);
+/// Empties every column of `message`.
+void ClearColumns(google::protobuf::Message& message);
 /// Overwrites scalar `index` of a column.
 void SetScalar(std::string& bytes, const v1::Column& column, size_t index, double value);
 /// The neighbour of `value` in the direction of `towards`, in the type of the column's scalars.

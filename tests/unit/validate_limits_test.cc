@@ -1,6 +1,7 @@
 #include "genphys/wire/validate_limits.h"
 
 #include <google/protobuf/dynamic_message.h>
+#include <google/protobuf/field_mask.pb.h>
 #include <google/protobuf/unknown_field_set.h>
 #include <gtest/gtest.h>
 
@@ -235,6 +236,10 @@ TEST(ValidateLimits, ReadsMessagesOfOtherClassesWithTheSameDescriptor) {
 
   dynamic->GetReflection()->SetString(dynamic.get(), v1::StepRequest::descriptor()->FindFieldByName("world"), "w");
   EXPECT_EQ(Verdict(*dynamic), "INVALID_VALUE world");
+}
+
+TEST(ValidateLimits, RefusesAMessageOfAnotherContract) {
+  EXPECT_EQ(Verdict(google::protobuf::FieldMask()), "INVALID_VALUE ");
 }
 
 TEST(ValidateLimits, MayBeCalledFirstByManyThreadsAtOnce) {

@@ -1,20 +1,24 @@
 #include "limits_plan.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <mutex>
+#include <set>
 #include <unordered_map>
 #include <utility>
+
+#include "genphys/v1/engine_service.pb.h"
+#include "genphys/v1/simulation_service.pb.h"
+#include "genphys/v1/world_service.pb.h"
 
 namespace genphys {
 namespace {
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
+using google::protobuf::FileDescriptor;
 using google::protobuf::OneofDescriptor;
 
 const v1::Limit& DeclaredLimit(const FieldDescriptor* field) { return field->options().GetExtension(v1::limit); }
@@ -32,28 +36,32 @@ bool AcceptsEverything(const FieldRules& rules) {
   return rules.type == FieldDescriptor::CPPTYPE_BOOL && !rules.repeated && !rules.required;
 }
 
+// Read as a whole before the first use and never changed again, so that readers need no lock.
 class Plans {
  public:
-  const MessageRules& Find(const Descriptor* type) {
-    const Roots* roots = roots_.load(std::memory_order_acquire);
-    if (const auto found = roots->find(type); found != roots->end()) return *found->second;
-    return Add(type);
+  Plans() {
+    for (const Descriptor* type : {v1::Engine::descriptor(), v1::World::descriptor(), v1::StepRequest::descriptor()}) {
+      AddFile(type->file());
+    }
+  }
+
+  const MessageRules* Find(const Descriptor* type) const {
+    const auto found = roots_.find(type);
+    return found == roots_.end() ? nullptr : found->second;
   }
 
  private:
-  using Roots = std::unordered_map<const Descriptor*, const MessageRules*>;
   // A type, and the limit that it takes over: null, or that of the field which holds it.
   using Key = std::pair<const Descriptor*, const v1::Limit*>;
 
-  const MessageRules& Add(const Descriptor* type) {
-    const std::lock_guard lock(mutex_);
-    const MessageRules& rules = Build(type, nullptr);
-    // Readers may still look into the old table, so it is kept: there are as many as there are types of request.
-    auto roots = std::make_unique<Roots>(*tables_.back());
-    roots->emplace(type, &rules);
-    roots_.store(roots.get(), std::memory_order_release);
-    tables_.push_back(std::move(roots));
-    return rules;
+  void AddFile(const FileDescriptor* file) {
+    if (!files_.insert(file).second) return;
+    for (int i = 0; i < file->message_type_count(); ++i) {
+      roots_.emplace(file->message_type(i), &Build(file->message_type(i), nullptr));
+    }
+    for (int i = 0; i < file->dependency_count(); ++i) {
+      if (file->dependency(i)->package() == file->package()) AddFile(file->dependency(i));
+    }
   }
 
   const MessageRules& Build(const Descriptor* type, const v1::Limit* inherited) {
@@ -111,21 +119,16 @@ class Plans {
     return rules;
   }
 
-  std::mutex mutex_;
+  std::set<const FileDescriptor*> files_;
   std::map<Key, std::unique_ptr<MessageRules>> plans_;
-  std::vector<std::unique_ptr<Roots>> tables_ = [] {
-    std::vector<std::unique_ptr<Roots>> tables;
-    tables.push_back(std::make_unique<Roots>());
-    return tables;
-  }();
-  std::atomic<const Roots*> roots_ = tables_.back().get();
+  std::unordered_map<const Descriptor*, const MessageRules*> roots_;
 };
 
 }  // namespace
 
-const MessageRules& RulesOf(const Descriptor* descriptor) {
+const MessageRules* RulesOf(const Descriptor* descriptor) {
   // Never destroyed: a thread may still validate while the program ends.
-  static Plans& plans = *new Plans;
+  static const Plans& plans = *new Plans;
   return plans.Find(descriptor);
 }
 

@@ -48,7 +48,8 @@ struct MessageRules {
   std::vector<RuleGroup> groups;
 };
 
-/// The rules of `descriptor`, valid until the program ends. Thread-safe; takes a lock only for a type it has not seen.
-const MessageRules& RulesOf(const google::protobuf::Descriptor* descriptor);
+/// The rules of `descriptor`, valid until the program ends; null when it is no top-level message of the contract.
+/// Thread-safe. The first call reads the whole contract.
+const MessageRules* RulesOf(const google::protobuf::Descriptor* descriptor);
 
 }  // namespace genphys

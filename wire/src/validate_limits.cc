@@ -296,7 +296,9 @@ Status CheckMessage(const Message& message, const MessageRules& rules, const Pla
 }  // namespace
 
 Status ValidateLimits(const Message& message) {
-  return CheckMessage(message, RulesOf(message.GetDescriptor()), nullptr);
+  const MessageRules* rules = RulesOf(message.GetDescriptor());
+  if (rules == nullptr) return Refuse(Reason::kInvalidValue, "", message.GetTypeName() + " is no part of the contract");
+  return CheckMessage(message, *rules, nullptr);
 }
 
 }  // namespace genphys
