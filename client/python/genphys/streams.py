@@ -23,6 +23,7 @@ _RETRY_SECONDS_MIN = 0.05
 _RETRY_SECONDS_MAX = 2.0
 
 Item = TypeVar("Item")
+AnyStream = TypeVar("AnyStream", bound="Stream[Any]")
 AnyEvent = Union[events.Event, events.Gap, events.EpochBegan]
 
 
@@ -57,7 +58,7 @@ class Stream(Generic[Item]):
             self._receive()
         return self._ready.popleft()
 
-    def __enter__(self) -> Stream[Item]:
+    def __enter__(self: AnyStream) -> AnyStream:
         return self
 
     def __exit__(

@@ -14,6 +14,7 @@ from . import _decode, _encode, model
 from ._connection import Connection
 from ._contract import wire
 from .commands import Batch, Commands
+from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
 from .frame import RowsCache, StepResult, stamp_of, stats_of
 from .model import Entity, EntityInfo, Stamp, WorldInfo
@@ -53,8 +54,16 @@ class World(Commands):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-        if self._owned and not self._connection.closed:
+        if not self._owned or self._connection.closed:
+            return
+        try:
             self.delete()
+        except WorldNotFoundError:
+            pass  # Somebody else was faster; it is gone, as it should be.
+        except GenphysError:
+            # A server that is gone must not hide the error that came first.
+            if error is None:
+                raise
 
     def __repr__(self) -> str:
         return f"<World {self.name} at {self._connection.address}>"

@@ -116,3 +116,33 @@ def test_a_closed_connection_refuses_to_call():
         client.close()
         with pytest.raises(genphys.CancelledError, match="closed"):
             client.engines()
+
+
+def owning(delete):
+    return FakeServer(
+        CreateWorld=lambda request, context: wire.CreateWorldResponse(world={"name": "worlds/lab"}), DeleteWorld=delete
+    )
+
+
+def test_a_world_that_somebody_else_deleted_ends_its_block_in_peace():
+    def gone(request, context):
+        refuse(context, grpc.StatusCode.NOT_FOUND, "WORLD_NOT_FOUND", "gone")
+
+    with owning(gone) as server, genphys.connect(server.address) as client:
+        with client.create_world():
+            pass
+        assert len(server.received("DeleteWorld")) == 1
+
+
+def test_a_failing_end_of_a_world_hides_no_earlier_error():
+    def broken(request, context):
+        context.abort(grpc.StatusCode.UNAVAILABLE, "the server is gone")
+
+    with owning(broken) as server, genphys.connect(server.address) as client:
+        with pytest.raises(ZeroDivisionError), client.create_world():
+            1 / 0  # noqa: B018
+        with pytest.raises(genphys.UnavailableError), client.create_world():
+            pass
+        with pytest.raises(ZeroDivisionError), client.world("lab"):
+            1 / 0  # noqa: B018
+        assert len(server.received("DeleteWorld")) == 2
