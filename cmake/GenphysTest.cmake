@@ -1,7 +1,7 @@
 # How tests and checks are registered with CTest. Labels are folders, and script/test selects by them.
 set(GENPHYS_TEST_SHARDS 2)
 set(GENPHYS_TEST_ENVIRONMENT
-  "GENPHYSD=${CMAKE_BINARY_DIR}/bin/genphysd"
+  "GENPHYS_SERVER=${CMAKE_BINARY_DIR}/bin/genphysd"
   "GENPHYS_BUF=${CMAKE_SOURCE_DIR}/build/tools/bin/buf"
   "GENPHYS_GRPCURL=${CMAKE_SOURCE_DIR}/build/tools/bin/grpcurl"
   "GENPHYS_BUILD_DIR=${CMAKE_BINARY_DIR}"
@@ -21,7 +21,8 @@ function(genphys_add_test_program folder)
   endif()
   set(program ${folder}_tests)
   add_executable(${program} ${sources})
-  target_include_directories(${program} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
+  # The root too: unit tests reach the private headers of what they test.
+  target_include_directories(${program} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}")
   target_link_libraries(${program} PRIVATE ${arg_UNPARSED_ARGUMENTS} GTest::gtest GTest::gtest_main GTest::gmock
     genphys_sanitizer genphys_warnings)
   if(TARGET genphysd)

@@ -6,7 +6,7 @@ import sys
 
 SOURCE_SUFFIXES = {".h", ".cc", ".proto", ".py", ".sh", ".ts", ".js"}
 # Built or downloaded, never written by hand.
-_SKIPPED = {"build", "node_modules", "__pycache__", "v1"}
+_SKIPPED = {"build", "node_modules", "__pycache__", "_generated"}
 
 
 def root_from_arguments() -> pathlib.Path:
@@ -18,8 +18,7 @@ def source_files(root: pathlib.Path, suffixes: set[str]) -> list[pathlib.Path]:
     """Paths relative to the root of every source file with such a suffix, sorted."""
     found = []
     for folder, folders, files in os.walk(root):
-        inside_proto = pathlib.Path(folder).is_relative_to(root / "proto")
-        folders[:] = [f for f in folders if not f.startswith(".") and (f not in _SKIPPED or f == "v1" and inside_proto)]
+        folders[:] = [f for f in folders if not f.startswith(".") and f not in _SKIPPED]
         found += [pathlib.Path(folder, f).relative_to(root) for f in files if pathlib.Path(f).suffix in suffixes]
     return sorted(found)
 
