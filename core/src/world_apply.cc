@@ -35,7 +35,8 @@ Result<std::vector<EntityId>> World::Apply(std::span<const Command> commands) {
     auto prepared = validator.prepared().begin();
     for (size_t i = 0; i < commands.size(); ++i) {
       if (std::holds_alternative<CreateEntity>(commands[i])) {
-        created[i] = Create(std::move(prepared->desc), (prepared++)->mass);
+        created[i] = Create(std::move(prepared->desc), prepared->mass);
+        ++prepared;
       } else if (const UpdateEntity* update = std::get_if<UpdateEntity>(&commands[i])) {
         Update(*update, std::move(prepared->desc), prepared->mass);
         ++prepared;

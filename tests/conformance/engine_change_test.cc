@@ -1,0 +1,139 @@
+// A live world changes its engine between two steps and nobody can tell from its state or its events.
+#include <cmath>
+#include <map>
+
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(EngineChange);
+
+// Poses and velocities pass through the engine's own centre of mass and quaternion: rounding only.
+constexpr double kSameState = 1e-12;
+
+std::string Other(const std::string& engine) {
+  for (const std::string& name : EnginesWithContacts()) {
+    if (name != engine) return name;
+  }
+  return engine;
+}
+
+void ExpectSameColumns(const StateArrays& a, const StateArrays& b) {
+  ASSERT_EQ(a.ids, b.ids);
+  EXPECT_LE((a.positions - b.positions).cwiseAbs().maxCoeff(), kSameState);
+  EXPECT_LE((a.orientations - b.orientations).cwiseAbs().maxCoeff(), kSameState);
+  EXPECT_LE((a.linear_velocities - b.linear_velocities).cwiseAbs().maxCoeff(), kSameState);
+  EXPECT_LE((a.angular_velocities - b.angular_velocities).cwiseAbs().maxCoeff(), kSameState);
+}
+
+struct Scene {
+  std::unique_ptr<World> world;
+  EntityId ball;
+};
+
+Scene MakeScene(const std::string& engine) {
+  Scene scene{MakeWorld(engine), {}};
+  Add(*scene.world, Crate({0, 0, 0.5}));
+  scene.ball = Add(*scene.world, Ball({0.7, 0, 5}));
+  return scene;
+}
+
+// Steps at which the ball flies, and at which it rolls on the floor while the crate rests.
+class EngineChangeAt : public ::testing::TestWithParam<std::tuple<std::string, int>> {};
+
+TEST_P(EngineChangeAt, KeepsPosesAndVelocities) {
+  const auto& [engine, step] = GetParam();
+  Scene scene = MakeScene(engine);
+  Steps(*scene.world, step);
+  const StateArrays before = scene.world->state();
+
+  for (const std::string& next : {Other(engine), std::string("none"), engine}) {
+    Do(*scene.world, SetEngine{next});
+    ExpectSameColumns(before, scene.world->state());
+  }
+}
+
+TEST_P(EngineChangeAt, TellsNoContactTwice) {
+  const auto& [engine, step] = GetParam();
+  Scene scene = MakeScene(engine);
+  std::vector<Event> events;
+  const auto gather = [&](int steps) {
+    Steps(*scene.world, steps);
+    for (Event& event : scene.world->TakeEvents()) events.push_back(std::move(event));
+  };
+  gather(step);
+  for (const std::string& next : {Other(engine), engine}) {
+    Do(*scene.world, SetEngine{next});
+    gather(60);
+  }
+
+  std::map<EntityPair, int> open;
+  for (const Event& event : events) {
+    if (const auto* began = std::get_if<ContactBegan>(&event.kind)) {
+      EXPECT_EQ(++open[began->pair], 1);
+    }
+    if (const auto* ended = std::get_if<ContactEnded>(&event.kind)) {
+      EXPECT_EQ(--open[ended->pair], 0);
+    }
+  }
+  EXPECT_EQ(open.size(), 3u) << "crate and floor, ball and crate, ball and floor";
+}
+
+TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
+  const auto& [engine, step] = GetParam();
+  Scene changed = MakeScene(engine), same = MakeScene(engine), other = MakeScene(Other(engine));
+  for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, step);
+  Do(*changed.world, SetEngine{Other(engine)});
+  for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, 60);
+  Do(*changed.world, SetEngine{engine});
+  for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, 240);
+
+  const Vector3 expected = PositionOf(*same.world, same.ball);
+  const double engines_differ = (PositionOf(*other.world, other.ball) - expected).norm();
+  // The two engines roll the ball apart; a world that used both lies between them, up to where it was when changed.
+  EXPECT_LE((PositionOf(*changed.world, changed.ball) - expected).norm(), engines_differ + 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, EngineChangeAt,
+                         ::testing::Combine(::testing::ValuesIn(EnginesWithContacts()), ::testing::Values(30, 240)));
+
+TEST_P(EngineChange, NothingMovesOnNoEngine) {
+  Scene scene = MakeScene(GetParam());
+  Steps(*scene.world, 30);
+  const StateArrays before = scene.world->state();
+
+  Do(*scene.world, SetEngine{"none"});
+  Steps(*scene.world, 10);
+  ExpectSameColumns(before, scene.world->state());
+  Do(*scene.world, SetEngine{GetParam()});
+  Steps(*scene.world, 1);
+
+  EXPECT_LT(PositionOf(*scene.world, scene.ball).z(), before.positions(2, scene.ball.index()));
+}
+
+TEST_P(EngineChange, AStackStandsOnADifferentEngineForEachStep) {
+  constexpr double kStackTolerance = 5e-3;  // m
+  const std::unique_ptr<World> world = MakeWorld();
+  std::vector<EntityId> boxes;
+  for (int i = 0; i < 5; ++i) {
+    EntityDesc box = Crate({0, 0, 0.5 + i});
+    box.rigid_body->auto_disable.enabled = false;  // a sleeping stack would prove nothing
+    boxes.push_back(Add(*world, box));
+  }
+  std::map<EntityPair, int> began;
+  for (int step = 0; step < 600; ++step) {
+    Do(*world, SetEngine{step % 2 == 0 ? Other(GetParam()) : GetParam()});
+    Steps(*world, 1);
+    for (const ContactBegan& event : Of<ContactBegan>(world->TakeEvents())) ++began[event.pair];
+  }
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_LE((PositionOf(*world, boxes[static_cast<size_t>(i)]) - Vector3(0, 0, 0.5 + i)).norm(), kStackTolerance)
+        << "box " << i;
+  }
+  EXPECT_EQ(began.size(), 5u);
+  for (const auto& [pair, count] : began) EXPECT_EQ(count, 1);
+}
+
+}  // namespace
+}  // namespace genphys::testing

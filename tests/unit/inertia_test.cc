@@ -1,0 +1,120 @@
+#include "genphys/inertia.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace genphys {
+namespace {
+
+using std::numbers::pi;
+
+// Products and sums of a few doubles.
+constexpr double kRounding = 1e-12;
+
+RigidBody BodyOf(const Shape& shape) {
+  return {.geometries = {Geometry{.shape = shape, .material = {.density = 1000.0}}}};
+}
+
+bool Inside(const Shape& shape, const Vector3& p) {
+  if (const auto* s = std::get_if<Sphere>(&shape)) return p.norm() <= s->radius;
+  if (const auto* b = std::get_if<Box>(&shape)) return (p.cwiseAbs().array() <= b->half_extents.array()).all();
+  if (const auto* c = std::get_if<Cylinder>(&shape)) {
+    return p.head<2>().norm() <= c->radius && std::abs(p.z()) <= c->half_length;
+  }
+  if (const auto* c = std::get_if<Capsule>(&shape)) {
+    const double beyond = std::max(0.0, std::abs(p.z()) - c->half_length);
+    return std::hypot(p.head<2>().norm(), beyond) <= c->radius;
+  }
+  return false;
+}
+
+class ClosedForms : public ::testing::TestWithParam<Shape> {};
+
+// An independent reference: the integrals of volume and tensor by midpoint sums over a fine lattice.
+TEST_P(ClosedForms, AgreeWithSumsOverALattice) {
+  constexpr int kCells = 160;
+  constexpr double kHalfWidth = 1.3;
+  constexpr double kLatticeError = 0.01;  // relative; surface cells over all cells, with signs that mostly cancel
+  constexpr double kCell = 2 * kHalfWidth / kCells;
+  double volume = 0;
+  Matrix3 tensor = Matrix3::Zero();
+  for (int i = 0; i < kCells; ++i) {
+    for (int j = 0; j < kCells; ++j) {
+      for (int k = 0; k < kCells; ++k) {
+        const Vector3 p = Vector3(i + 0.5, j + 0.5, k + 0.5) * kCell - Vector3::Constant(kHalfWidth);
+        if (!Inside(GetParam(), p)) continue;
+        volume += kCell * kCell * kCell;
+        tensor += kCell * kCell * kCell * (p.squaredNorm() * Matrix3::Identity() - p * p.transpose());
+      }
+    }
+  }
+
+  EXPECT_NEAR(Volume(GetParam()) / volume, 1, kLatticeError);
+  EXPECT_LE((UnitDensityTensor(GetParam()) - tensor).norm(), kLatticeError * tensor.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, ClosedForms,
+                         ::testing::Values(Shape(Sphere{0.9}), Shape(Box{{0.4, 0.7, 1.1}}), Shape(Capsule{0.4, 0.6}),
+                                           Shape(Cylinder{0.5, 0.8})));
+
+TEST(MassProperties, OfACompoundFollowSteiner) {
+  RigidBody body;
+  for (double x : {-2.0, 1.0}) {
+    Geometry ball{.shape = Sphere{0.5}, .material = {.density = 3 / (4 * pi * 0.125)}};  // 1 kg each
+    ball.pose_in_entity.position.x() = x;
+    body.geometries.push_back(ball);
+  }
+
+  const Result<MassProperties> mass = ComputeMassProperties(body);
+
+  ASSERT_TRUE(mass.ok());
+  EXPECT_NEAR(mass->mass, 2, kRounding);
+  EXPECT_LE((mass->center_of_mass - Vector3(-0.5, 0, 0)).norm(), kRounding);
+  EXPECT_NEAR(mass->tensor(0, 0), 2 * 0.4 * 0.25, kRounding);
+  EXPECT_NEAR(mass->tensor(1, 1), 2 * 0.4 * 0.25 + 2 * 1.5 * 1.5, kRounding);
+  EXPECT_FALSE(mass->spherical);
+}
+
+TEST(MassProperties, AMassAloneScalesTheTensorOfTheShapes) {
+  RigidBody body = BodyOf(Box{{0.5, 1, 2}});
+  const Matrix3 dense = ComputeMassProperties(body)->tensor;
+  const double weight = ComputeMassProperties(body)->mass;
+  body.inertia.mass = 2.0;
+
+  const Result<MassProperties> mass = ComputeMassProperties(body);
+
+  ASSERT_TRUE(mass.ok());
+  EXPECT_LE((mass->tensor - dense * (2 / weight)).norm(), kRounding * dense.norm());
+}
+
+TEST(MassProperties, ABallTurnsUniformly) { EXPECT_TRUE(ComputeMassProperties(BodyOf(Sphere{0.5}))->spherical); }
+
+TEST(MassProperties, SensorsWeighNothing) {
+  RigidBody body = BodyOf(Sphere{0.5});
+  const double weight = ComputeMassProperties(body)->mass;
+  body.geometries.push_back(Geometry{.shape = Box{}, .material = {.density = 1000.0}, .is_sensor = true});
+
+  EXPECT_EQ(ComputeMassProperties(body)->mass, weight);
+}
+
+TEST(MassProperties, NeedAMassWhereThereIsNoVolume) {
+  const Result<MassProperties> mass = ComputeMassProperties(RigidBody{});
+
+  ASSERT_FALSE(mass.ok());
+  EXPECT_EQ(RefusalOf(mass.status())->reason, Reason::kMissingField);
+  EXPECT_EQ(RefusalOf(mass.status())->field, "inertia.mass");
+}
+
+TEST(Tensor, MayBeThatOfAFlatPlateButNotOfNothing) {
+  const auto check = [](double x, double y, double z) { return CheckTensor(Vector3(x, y, z).asDiagonal(), "tensor"); };
+  EXPECT_TRUE(check(1, 1, 2).ok());
+  EXPECT_EQ(RefusalOf(check(1, 1, 2.01))->reason, Reason::kInvalidValue);
+  EXPECT_EQ(RefusalOf(check(1, 1, 0))->reason, Reason::kInvalidValue);
+  EXPECT_EQ(RefusalOf(check(1, 1, -1))->reason, Reason::kInvalidValue);
+}
+
+}  // namespace
+}  // namespace genphys
