@@ -1,0 +1,89 @@
+#include <optional>
+
+#include "enums.h"
+#include "genphys/wire/encode.h"
+#include "update_mask.h"
+#include "values.h"
+
+namespace genphys {
+namespace {
+
+struct CommandEncoder {
+  v1::Command* out;
+
+  void operator()(const CreateEntity& command) const {
+    EncodeEntity(EntityId(), command.entity, out->mutable_create_entity()->mutable_entity());
+  }
+
+  void operator()(const UpdateEntity& command) const {
+    v1::UpdateEntity* update = out->mutable_update_entity();
+    update->mutable_entity()->set_id(command.id.packed());
+    // Without paths everything that the entity sets would change, so it sets nothing.
+    if (command.fields.bits == 0) return;
+    EncodeEntity(command.id, command.entity, update->mutable_entity());
+    EncodeMask(command.fields, update->mutable_update_mask());
+  }
+
+  void operator()(const DeleteEntity& command) const {
+    out->mutable_delete_entity()->set_entity_id(command.id.packed());
+  }
+
+  void operator()(const ApplyForce& command) const {
+    v1::ApplyForce* force = out->mutable_apply_force();
+    force->set_entity_id(command.id.packed());
+    EncodeVector(command.force, force->mutable_force());
+    EncodeVector(command.torque, force->mutable_torque());
+    if (command.point) EncodeVector(*command.point, force->mutable_point());
+    force->set_coordinates(EncodeCoordinates(command.coordinates));
+    force->set_steps(command.steps);
+    force->set_replace(command.replace);
+  }
+
+  void operator()(const ApplyImpulse& command) const {
+    v1::ApplyImpulse* impulse = out->mutable_apply_impulse();
+    impulse->set_entity_id(command.id.packed());
+    EncodeVector(command.linear, impulse->mutable_linear());
+    EncodeVector(command.angular, impulse->mutable_angular());
+    if (command.point) EncodeVector(*command.point, impulse->mutable_point());
+    impulse->set_coordinates(EncodeCoordinates(command.coordinates));
+  }
+
+  void operator()(const SetVelocity& command) const {
+    v1::SetVelocity* velocity = out->mutable_set_velocity();
+    velocity->set_entity_id(command.id.packed());
+    if (command.linear) EncodeVector(*command.linear, velocity->mutable_linear());
+    if (command.angular) EncodeVector(*command.angular, velocity->mutable_angular());
+  }
+
+  void operator()(const SetPose& command) const {
+    out->mutable_set_pose()->set_entity_id(command.id.packed());
+    v1::Pose* pose = out->mutable_set_pose()->mutable_pose();
+    if (command.position) EncodeVector(*command.position, pose->mutable_position());
+    if (command.orientation) EncodeQuaternion(*command.orientation, pose->mutable_orientation());
+  }
+
+  void operator()(const SetGravity& command) const {
+    EncodeVector(command.gravity, out->mutable_set_gravity()->mutable_gravity());
+  }
+
+  void operator()(const SetStepper& command) const {
+    EncodeStepper(command.stepper, out->mutable_set_stepper()->mutable_stepper());
+  }
+
+  void operator()(const SetEngine& command) const {
+    out->mutable_set_engine()->set_engine(EncodeEngineName(command.engine));
+  }
+
+  void operator()(const ApplyForceColumns& command) const {
+    v1::ApplyForceColumns* columns = out->mutable_apply_forces();
+    EncodeColumn(command.ids, columns->mutable_entity_ids());
+    EncodeColumn(command.forces, columns->mutable_forces());
+    EncodeColumn(command.torques, columns->mutable_torques());
+  }
+};
+
+}  // namespace
+
+void EncodeCommand(const Command& command, v1::Command* out) { std::visit(CommandEncoder{out}, command); }
+
+}  // namespace genphys

@@ -1,0 +1,69 @@
+#include "genphys/wire/error.h"
+
+#include <string>
+
+#include "enums.h"
+#include "google/rpc/error_details.pb.h"
+
+namespace genphys {
+namespace {
+
+constexpr char kFieldKey[] = "field";
+
+Reason ReasonOf(std::string_view name) {
+  v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
+  v1::ErrorReason_Parse("ERROR_REASON_" + std::string(name), &reason);
+  return DecodeReason(reason);
+}
+
+}  // namespace
+
+v1::ErrorReason EncodeReason(Reason reason) { return static_cast<v1::ErrorReason>(reason); }
+
+Reason DecodeReason(v1::ErrorReason reason) {
+  return v1::ErrorReason_IsValid(reason) ? static_cast<Reason>(reason) : Reason::kUnspecified;
+}
+
+google::rpc::Status EncodeStatus(const Status& status) {
+  google::rpc::Status encoded;
+  encoded.set_code(static_cast<int>(status.code()));
+  encoded.set_message(MessageOf(status));
+  const std::optional<Refusal> refusal = RefusalOf(status);
+  if (!refusal) return encoded;
+  google::rpc::ErrorInfo info;
+  info.set_reason(std::string(NameOf(refusal->reason)));
+  info.set_domain(std::string(kErrorDomain));
+  if (!refusal->field.empty()) {
+    (*info.mutable_metadata())[kFieldKey] = refusal->field;
+    google::rpc::BadRequest request;
+    google::rpc::BadRequest::FieldViolation* violation = request.add_field_violations();
+    violation->set_field(refusal->field);
+    violation->set_description(MessageOf(status));
+    encoded.add_details()->PackFrom(request);
+  }
+  encoded.add_details()->PackFrom(info);
+  return encoded;
+}
+
+Status DecodeStatus(const google::rpc::Status& status) {
+  for (const google::protobuf::Any& detail : status.details()) {
+    google::rpc::ErrorInfo info;
+    if (!detail.Is<google::rpc::ErrorInfo>() || !detail.UnpackTo(&info) || info.domain() != kErrorDomain) continue;
+    const Reason reason = ReasonOf(info.reason());
+    const auto field = info.metadata().find(kFieldKey);
+    const std::string path = field == info.metadata().end() ? "" : field->second;
+    // A reason that this build does not know must not change the code that came with it.
+    if (reason != Reason::kUnspecified) return Refuse(reason, path, status.message());
+  }
+  return Status(static_cast<absl::StatusCode>(status.code()), status.message());
+}
+
+void EncodeError(const Status& status, v1::Error* out) {
+  if (const std::optional<Refusal> refusal = RefusalOf(status)) {
+    out->set_reason(EncodeReason(refusal->reason));
+    out->set_field(refusal->field);
+  }
+  out->set_message(MessageOf(status));
+}
+
+}  // namespace genphys

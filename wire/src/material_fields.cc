@@ -1,0 +1,46 @@
+#include "material_fields.h"
+
+#include "values.h"
+
+namespace genphys {
+
+Material DecodeMaterial(const v1::Material& material) {
+  Material decoded;
+  if (material.has_friction()) decoded.friction = material.friction();
+  if (material.has_kinetic_friction()) decoded.kinetic_friction = material.kinetic_friction();
+  if (material.has_restitution()) decoded.restitution = material.restitution();
+  if (material.has_density()) decoded.density = material.density();
+  return decoded;
+}
+
+void EncodeMaterial(const Material& material, v1::Material* out) {
+  if (material.friction) out->set_friction(*material.friction);
+  if (material.kinetic_friction) out->set_kinetic_friction(*material.kinetic_friction);
+  if (material.restitution) out->set_restitution(*material.restitution);
+  if (material.density) out->set_density(*material.density);
+}
+
+AutoDisable DecodeAutoDisable(const v1::AutoDisable& policy) {
+  AutoDisable decoded;
+  if (policy.has_enabled()) decoded.enabled = policy.enabled();
+  if (policy.has_linear_speed_max()) decoded.linear_speed_max = policy.linear_speed_max();
+  if (policy.has_angular_speed_max()) decoded.angular_speed_max = policy.angular_speed_max();
+  if (policy.has_rest_time_seconds()) decoded.rest_time = policy.rest_time_seconds();
+  return decoded;
+}
+
+void EncodeAutoDisable(const AutoDisable& policy, v1::AutoDisable* out) {
+  if (policy.enabled) out->set_enabled(*policy.enabled);
+  if (policy.linear_speed_max) out->set_linear_speed_max(*policy.linear_speed_max);
+  if (policy.angular_speed_max) out->set_angular_speed_max(*policy.angular_speed_max);
+  if (policy.rest_time) out->set_rest_time_seconds(*policy.rest_time);
+}
+
+Status CheckErrorCorrection(const v1::ErrorCorrection& correction) {
+  const bool asks = correction.has_stiffness() || correction.has_damping_ratio() || correction.has_slop_metres() ||
+                    correction.has_correction_speed_max();
+  // An empty one asks for the engine's choice, which is what it gets.
+  return asks ? NowhereSupported(Feature::kErrorCorrection, "error_correction") : Status();
+}
+
+}  // namespace genphys

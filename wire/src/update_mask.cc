@@ -1,0 +1,96 @@
+#include "update_mask.h"
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "values.h"
+
+namespace genphys {
+namespace {
+
+struct FieldPath {
+  std::string_view path;
+  EntityField field;
+};
+
+constexpr std::array kPaths{
+    FieldPath{"display_name", EntityField::kDisplayName},
+    FieldPath{"pose", EntityField::kPose},
+    FieldPath{"visual", EntityField::kVisual},
+    FieldPath{"rigid_body", EntityField::kRigidBody},
+    FieldPath{"rigid_body.motion_type", EntityField::kMotionType},
+    FieldPath{"rigid_body.geometries", EntityField::kGeometries},
+    FieldPath{"rigid_body.inertia", EntityField::kInertia},
+    FieldPath{"rigid_body.auto_disable", EntityField::kAutoDisable},
+    FieldPath{"rigid_body.linear_velocity", EntityField::kLinearVelocity},
+    FieldPath{"rigid_body.angular_velocity", EntityField::kAngularVelocity},
+    FieldPath{"rigid_body.linear_damping", EntityField::kLinearDamping},
+    FieldPath{"rigid_body.angular_damping", EntityField::kAngularDamping},
+};
+
+constexpr std::string_view kErrorCorrectionPath = "rigid_body.error_correction";
+
+bool IsInside(std::string_view path, std::string_view whole) {
+  return path.size() > whole.size() && path.starts_with(whole) && path[whole.size()] == '.';
+}
+
+Result<EntityField> DecodePath(const std::string& path) {
+  // The longest path that holds a deeper one is the part to name instead.
+  std::string_view part;
+  for (const FieldPath& known : kPaths) {
+    if (path == known.path) return known.field;
+    if (IsInside(path, known.path)) part = known.path;
+  }
+  if (path == kErrorCorrectionPath || IsInside(path, kErrorCorrectionPath)) {
+    return NowhereSupported(Feature::kErrorCorrection, "update_mask");
+  }
+  if (part.empty() || part == "rigid_body") {
+    return Refuse(Reason::kInvalidValue, "update_mask", "\"" + path + "\" names no field that an update can change");
+  }
+  return Refuse(Reason::kInvalidValue, "update_mask",
+                "\"" + path + "\" cannot change alone; name \"" + std::string(part) + "\" and set all of it");
+}
+
+}  // namespace
+
+Result<EntityFields> DecodeMask(const google::protobuf::FieldMask& mask) {
+  EntityFields fields;
+  for (const std::string& path : mask.paths()) {
+    const Result<EntityField> field = DecodePath(path);
+    if (!field.ok()) return field.status();
+    fields.Add(*field);
+  }
+  return fields;
+}
+
+EntityFields PopulatedFields(const v1::Entity& entity) {
+  EntityFields fields;
+  const auto add_if = [&fields](bool populated, EntityField field) {
+    if (populated) fields.Add(field);
+  };
+  if (entity.has_rigid_body()) {
+    const v1::RigidBody& body = entity.rigid_body();
+    add_if(body.motion_type() != v1::MOTION_TYPE_UNSPECIFIED, EntityField::kMotionType);
+    add_if(body.geometries_size() > 0, EntityField::kGeometries);
+    add_if(body.has_inertia(), EntityField::kInertia);
+    add_if(body.has_auto_disable(), EntityField::kAutoDisable);
+    add_if(body.has_linear_velocity(), EntityField::kLinearVelocity);
+    add_if(body.has_angular_velocity(), EntityField::kAngularVelocity);
+    add_if(body.has_linear_damping(), EntityField::kLinearDamping);
+    add_if(body.has_angular_damping(), EntityField::kAngularDamping);
+    add_if(fields.bits == 0, EntityField::kRigidBody);
+  }
+  add_if(!entity.display_name().empty(), EntityField::kDisplayName);
+  add_if(entity.has_pose(), EntityField::kPose);
+  add_if(entity.has_visual(), EntityField::kVisual);
+  return fields;
+}
+
+void EncodeMask(EntityFields fields, google::protobuf::FieldMask* out) {
+  for (const FieldPath& known : kPaths) {
+    if (fields.Has(known.field)) out->add_paths(known.path.data(), known.path.size());
+  }
+}
+
+}  // namespace genphys
