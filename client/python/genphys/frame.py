@@ -67,10 +67,11 @@ class RowsCache:
         """Returns the rows of a Frame message."""
         key = (message.stamp.epoch, message.rows_id)
         last = self._last
-        if last is not None and last.key == key and message.rows_id != 0:
+        if last is not None and last.key == key:
             return last
         rows = Rows(key, message.entity_ids)
-        if not message.HasField("keyframe_step"):
+        # A reply without a frame has no rows_id, and must not push out what the next one needs.
+        if message.rows_id != 0 and not message.HasField("keyframe_step"):
             self._last = rows
         return rows
 

@@ -81,6 +81,7 @@ def test_rows_that_are_not_sent_again_are_remembered():
     other = frame_message(ids=[21, 22], rows_id=2)
 
     rows = cache.rows_of(first)
+    assert len(cache.rows_of(wire.Frame()).ids) == 0
 
     assert cache.rows_of(again) is rows
     assert genphys.Frame(again, cache.rows_of(again)).row(15) == 2
