@@ -33,7 +33,7 @@ void SetNumber(google::protobuf::Message& message, const google::protobuf::Field
 void SetText(google::protobuf::Message& message, const google::protobuf::FieldDescriptor* field,
              const std::string& text);
 
-/// A text that `limit` accepts.
+/// A text that `limit` accepts: the name of a resource where its pattern is one, else a letter.
 std::string ExampleText(const v1::Limit& limit);
 
 /// Sets required fields and the first alternative of every oneof. With `inherited`, makes a Vector3 or Quaternion that

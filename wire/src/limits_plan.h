@@ -5,10 +5,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <regex>
 #include <vector>
 
 #include "genphys/v1/limits.pb.h"
+
+// GCC 12 with -fsanitize=address believes that the union inside an automaton's state is read before it is written.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#include <regex>
+#pragma GCC diagnostic pop
 
 namespace genphys {
 
