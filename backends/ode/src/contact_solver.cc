@@ -1,0 +1,219 @@
+#include "contact_solver.h"
+
+#include <ode/ode.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "genphys/backend.h"
+#include "library.h"
+
+namespace genphys::ode_backend {
+namespace {
+
+// How deep a body may rest, m: with none at all the corners of a resting box lose touch and find it again at every
+// step, and the force on it flickers with them.
+constexpr double kSurfaceLayer = 1e-6;
+// The part of an overlap that a step takes away.
+constexpr double kErrorReduction = 0.2;
+// m/s: no overlap is taken away faster. What pushes bodies apart also leaves them with that speed, so that a ball
+// without restitution would hop after every hard landing, and bodies created inside each other would be shot away.
+constexpr double kPushOutSpeedMax = 0.3;
+// Softness of constraints. The exact solver needs more of it, for it divides by what redundant contacts leave over.
+constexpr double kIterativeSoftness = 1e-10;
+constexpr double kDirectSoftness = 1e-7;
+// Up to here more iterations than a preset's are nearly free.
+constexpr size_t kFewRows = 200;
+constexpr uint32_t kFewRowsIterations = 50;
+constexpr size_t kDirectRowsMax = 300;
+// Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
+// it keeps a resting body trembling.
+constexpr double kSlipGate = 0.02 * 9.81;
+
+Vector3 FromOde(const dReal* v) { return {v[0], v[1], v[2]}; }
+
+void ToOde(const Vector3& v, dReal* to) {
+  for (int i = 0; i < 3; ++i) to[i] = v[i];
+}
+
+// The bits as they are: the library's setter would normalise, and its own results must pass through unchanged. Its
+// getters give the place where it keeps them.
+void SetOrientation(dBodyID body, const Quaternion& orientation) {
+  const dQuaternion q = {orientation.w(), orientation.x(), orientation.y(), orientation.z()};
+  dMatrix3 rotation;
+  dQtoR(q, rotation);
+  std::memcpy(const_cast<dReal*>(dBodyGetQuaternion(body)), q, sizeof(dQuaternion));
+  std::memcpy(const_cast<dReal*>(dBodyGetRotation(body)), rotation, sizeof(dMatrix3));
+}
+
+void SetMass(dBodyID body, const MassProperties& mass) {
+  const Matrix3& t = mass.tensor;
+  dMass ode_mass;
+  dMassSetParameters(&ode_mass, mass.mass, 0, 0, 0, t(0, 0), t(1, 1), t(2, 2), t(0, 1), t(0, 2), t(1, 2));
+  dBodySetMass(body, &ode_mass);
+}
+
+// Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
+// way it goes; the engine's own axes would brake a diagonal one more.
+void SetFriction(const ContactConstraint& contact, double step_size, dContact& to) {
+  to.surface.mu = contact.friction;
+  const Vector3 slip = contact.relative_velocity - contact.normal * contact.normal.dot(contact.relative_velocity);
+  const double speed = slip.norm();
+  if (speed > kSlipGate * step_size) {
+    to.surface.mode |= dContactFDir1;
+    ToOde(slip / speed, to.fdir1);
+  }
+}
+
+// Carries the body along with another side that moves by itself: a constraint's target velocity says what the velocity
+// of a second body would have.
+void SetOtherVelocity(const ContactConstraint& contact, dContact& to) {
+  if (contact.other_velocity.isZero(0)) return;
+  to.surface.motionN += contact.normal.dot(contact.other_velocity);
+  to.surface.mode |= dContactMotionN;
+  if (contact.friction == 0) return;
+  if ((to.surface.mode & dContactFDir1) == 0) {
+    dVector3 unused;
+    dPlaneSpace(to.geom.normal, to.fdir1, unused);
+  }
+  const Vector3 along = FromOde(to.fdir1);
+  to.surface.motion1 = along.dot(contact.other_velocity);
+  to.surface.motion2 = contact.normal.cross(along).dot(contact.other_velocity);
+  to.surface.mode |= dContactFDir1 | dContactMotion1 | dContactMotion2;
+}
+
+}  // namespace
+
+ContactSolver::ContactSolver(const StepperSettings& settings)
+    // With none of its own, a world queues its work in one that the whole process shares without a lock.
+    : threading_(dThreadingAllocateSelfThreadedImplementation()),
+      world_(dWorldCreate()),
+      contacts_(dJointGroupCreate(0)),
+      settings_(settings) {
+  dWorldSetStepThreadingImplementation(world_, dThreadingImplementationGetFunctions(threading_), threading_);
+  dWorldSetGravity(world_, 0, 0, 0);
+  dWorldSetAutoDisableFlag(world_, 0);
+  dWorldSetDamping(world_, 0, 0);
+  dWorldSetERP(world_, kErrorReduction);
+  dWorldSetContactSurfaceLayer(world_, kSurfaceLayer);
+}
+
+ContactSolver::~ContactSolver() {
+  dJointGroupDestroy(contacts_);
+  dWorldDestroy(world_);
+  if (is_faulted_) {
+    Abandon(threading_);
+  } else {
+    dThreadingFreeImplementation(threading_);
+  }
+}
+
+void ContactSolver::Begin(uint32_t count, double step_size) {
+  // Spare bodies cost a little in every step, and more when they are created anew: as many are kept as are in use.
+  constexpr size_t kSpareMin = 64;
+  dJointGroupEmpty(contacts_);
+  contact_count_ = 0;
+  row_count_ = 0;
+  step_size_ = step_size;
+  if (count > bodies_.size()) Grow(count);
+  if (bodies_.size() > 2 * size_t{count} + kSpareMin) Shrink(count);
+  for (; body_count_ < count; ++body_count_) dBodyEnable(bodies_[body_count_]);
+  for (; body_count_ > count; --body_count_) dBodyDisable(bodies_[body_count_ - 1]);
+}
+
+void ContactSolver::Grow(uint32_t count) {
+  while (bodies_.size() < count) {
+    dBodyID body = dBodyCreate(world_);
+    // What the velocity says is what the body turns, by the exponential map; the layer owns the gyroscopic terms.
+    dBodySetFiniteRotationMode(body, 1);
+    dBodySetGyroscopicMode(body, 0);
+    dBodyDisable(body);
+    bodies_.push_back(body);
+    serials_.push_back(0);
+  }
+}
+
+void ContactSolver::Shrink(uint32_t count) {
+  while (bodies_.size() > count) {
+    dBodyDestroy(bodies_.back());
+    bodies_.pop_back();
+    serials_.pop_back();
+  }
+  body_count_ = std::min(body_count_, count);
+}
+
+void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion) {
+  dBodyID id = bodies_[body];
+  if (serials_[body] != serial) {
+    serials_[body] = 0;
+    SetMass(id, mass);
+    serials_[body] = serial;
+  }
+  const Vector3& p = motion.position;
+  const Vector3& v = motion.linear_velocity;
+  const Vector3& w = motion.angular_velocity;
+  dBodySetPosition(id, p.x(), p.y(), p.z());
+  SetOrientation(id, motion.orientation);
+  dBodySetLinearVel(id, v.x(), v.y(), v.z());
+  dBodySetAngularVel(id, w.x(), w.y(), w.z());
+}
+
+void ContactSolver::ReserveContacts(size_t count) {
+  if (feedback_.size() < count) feedback_.resize(count);
+}
+
+void ContactSolver::AddContact(const ContactConstraint& contact) {
+  dContact ode_contact = {};
+  ode_contact.surface.mode = dContactApprox1;
+  ToOde(contact.position, ode_contact.geom.pos);
+  ToOde(contact.normal, ode_contact.geom.normal);
+  if (contact.depth < 0) {
+    // A gap may be closed within the step, but no more than that.
+    ode_contact.surface.mode |= dContactMotionN;
+    ode_contact.surface.motionN = contact.depth / step_size_;
+  } else {
+    ode_contact.geom.depth = std::min(contact.depth, kSurfaceLayer + kPushOutSpeedMax * step_size_ / kErrorReduction);
+  }
+  SetFriction(contact, step_size_, ode_contact);
+  SetOtherVelocity(contact, ode_contact);
+  dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);
+  const bool immovable = contact.other == ContactConstraint::kImmovable;
+  dJointAttach(joint, bodies_[contact.body], immovable ? nullptr : bodies_[contact.other]);
+  dJointSetFeedback(joint, &feedback_[contact_count_]);
+  ++contact_count_;
+  row_count_ += contact.friction > 0 ? 3 : 1;
+}
+
+uint32_t ContactSolver::Iterations() const {
+  const bool is_preset = settings_.iterations == kPresetIterations;
+  return is_preset && row_count_ <= kFewRows ? kFewRowsIterations : settings_.iterations;
+}
+
+void ContactSolver::Step() {
+  const bool direct = settings_.solver == Solver::kDirect && row_count_ <= kDirectRowsMax;
+  dRandSetSeed(seed_);
+  is_faulted_ = true;
+  int done = 0;
+  if (direct) {
+    dWorldSetCFM(world_, kDirectSoftness);
+    done = dWorldStep(world_, step_size_);
+  } else {
+    dWorldSetCFM(world_, kIterativeSoftness);
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(Iterations()));
+    done = dWorldQuickStep(world_, step_size_);
+  }
+  if (done == 0) throw EngineFault("ODE: not enough memory for a step");
+  is_faulted_ = false;
+  seed_ = dRandGetSeed();
+}
+
+Motion ContactSolver::motion(uint32_t body) const {
+  dBodyID id = bodies_[body];
+  const dReal* q = dBodyGetQuaternion(id);
+  return {FromOde(dBodyGetPosition(id)), Quaternion(q[0], q[1], q[2], q[3]), FromOde(dBodyGetLinearVel(id)),
+          FromOde(dBodyGetAngularVel(id))};
+}
+
+Vector3 ContactSolver::Impulse(size_t contact) const { return step_size_ * FromOde(feedback_[contact].f1); }
+
+}  // namespace genphys::ode_backend

@@ -1,0 +1,90 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "genphys/inertia.h"
+#include "genphys/stepper.h"
+
+struct dxBody;
+struct dxJointGroup;
+struct dxThreadingImplementation;
+struct dxWorld;
+struct dJointFeedback;
+
+namespace genphys::ode_backend {
+
+/// Position of the centre of mass, orientation, and velocities, world.
+struct Motion {
+  Vector3 position = Vector3::Zero();
+  Quaternion orientation = Quaternion::Identity();
+  Vector3 linear_velocity = Vector3::Zero();
+  Vector3 angular_velocity = Vector3::Zero();
+};
+
+/// A point at which `body` is pushed along `normal`, away from another body or from what no push moves.
+struct ContactConstraint {
+  static constexpr uint32_t kImmovable = ~uint32_t{0};
+
+  uint32_t body = 0;
+  uint32_t other = kImmovable;
+  Vector3 position = Vector3::Zero();           // world
+  Vector3 normal = Vector3::UnitZ();            // unit length, into `body`
+  double depth = 0;                             // m
+  double friction = 0;                          // Coulomb coefficient
+  Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s
+  Vector3 other_velocity = Vector3::Zero();     // of an immovable other side at the point, m/s
+};
+
+/// One ODE world as a solver of contacts. It remembers nothing of the bodies from one solve to the next, only the seed:
+/// what a solve gives depends on what was put in since Begin(), on the step size and on the seed.
+class ContactSolver {
+ public:
+  /// The iterations of every preset.
+  static constexpr uint32_t kPresetIterations = 20;
+
+  explicit ContactSolver(const StepperSettings& settings);
+  ~ContactSolver();
+  ContactSolver(const ContactSolver&) = delete;
+  ContactSolver& operator=(const ContactSolver&) = delete;
+
+  void SetStepper(const StepperSettings& settings) { settings_ = settings; }
+
+  /// Starts a solve of `count` bodies over `step_size` seconds, without contacts yet.
+  void Begin(uint32_t count, double step_size);
+  /// Each of 0..count-1 must be set. `serial` tells bodies apart whose mass is not the same.
+  void SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion);
+  /// At most `count` contacts may be added before the next Begin().
+  void ReserveContacts(size_t count);
+  void AddContact(const ContactConstraint& contact);
+  /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
+  void Step();
+
+  Motion motion(uint32_t body) const;
+  /// N*s on the `body` of the contact that was added as the `contact`th.
+  Vector3 Impulse(size_t contact) const;
+
+  uint64_t seed() const { return seed_; }
+
+ private:
+  void Grow(uint32_t count);
+  void Shrink(uint32_t count);
+  uint32_t Iterations() const;
+
+  dxThreadingImplementation* threading_;
+  dxWorld* world_;
+  dxJointGroup* contacts_;
+  // ODE walks its bodies from the last created to the first, so that only the number of bodies in use matters.
+  std::vector<dxBody*> bodies_;
+  std::vector<uint64_t> serials_;  // whose mass each body has now; zero: nobody's
+  uint32_t body_count_ = 0;        // in use; the others are disabled
+  std::vector<dJointFeedback> feedback_;
+  size_t contact_count_ = 0;
+  size_t row_count_ = 0;
+  double step_size_ = 0;
+  StepperSettings settings_;
+  uint64_t seed_ = 0;
+  bool is_faulted_ = false;
+};
+
+}  // namespace genphys::ode_backend

@@ -1,0 +1,61 @@
+#include "contacts.h"
+
+#include <ode/ode.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace genphys::ode_backend {
+namespace {
+
+constexpr int kPointsMax = 8;
+// More than any pair of shapes gives, so that we choose what to drop and not the engine, which takes the first.
+constexpr int kFoundMax = 32;
+
+using Found = std::array<dContactGeom, kFoundMax>;
+
+double SquaredDistance(const dContactGeom& a, const dContactGeom& b) {
+  const double x = a.pos[0] - b.pos[0];
+  const double y = a.pos[1] - b.pos[1];
+  const double z = a.pos[2] - b.pos[2];
+  return x * x + y * y + z * z;
+}
+
+// Moves to the front the deepest point, then again and again the one that is farthest from all before it.
+void PutBestFirst(Found& found, int count) {
+  const auto deepest = std::max_element(found.begin(), found.begin() + count,
+                                        [](const auto& a, const auto& b) { return a.depth < b.depth; });
+  std::swap(found[0], *deepest);
+  std::array<double, kFoundMax> distances;
+  distances.fill(std::numeric_limits<double>::infinity());
+  for (int chosen = 1; chosen < kPointsMax; ++chosen) {
+    for (int i = chosen; i < count; ++i) {
+      distances[i] = std::min(distances[i], SquaredDistance(found[i], found[chosen - 1]));
+    }
+    const auto first = distances.begin() + chosen;
+    const auto farthest = std::max_element(first, distances.begin() + count);
+    std::swap(found[chosen], found[farthest - distances.begin()]);
+    std::swap(*first, *farthest);
+  }
+}
+
+}  // namespace
+
+uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
+  Found found;
+  // ODE's normals point into the first geometry.
+  const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));
+  if (count > kPointsMax) PutBestFirst(found, count);
+  const int kept = std::min(count, kPointsMax);
+  for (int i = 0; i < kept; ++i) {
+    const dContactGeom& contact = found[i];
+    ContactPoint& point = points.emplace_back();
+    point.position = {contact.pos[0], contact.pos[1], contact.pos[2]};
+    point.normal = {contact.normal[0], contact.normal[1], contact.normal[2]};
+    point.depth = contact.depth - a.Skin(point.normal) - b.Skin(point.normal);
+  }
+  return static_cast<uint32_t>(kept);
+}
+
+}  // namespace genphys::ode_backend

@@ -1,0 +1,55 @@
+#pragma once
+#include <memory>
+
+#include "broad_phase.h"
+#include "genphys/entity.h"
+
+struct dxGeom;
+
+namespace genphys::ode_backend {
+
+struct GeomDeleter {
+  void operator()(dxGeom* geom) const;
+};
+using GeomPtr = std::unique_ptr<dxGeom, GeomDeleter>;
+
+/// One collision geometry as ODE has it: bound to no body and in no space, put where it belongs by us. ODE is told a
+/// shape that is thicker by a skin, because it finds no contact across a gap, and bodies that rest on contacts which
+/// come and go with the last bit never come to rest.
+class PlacedShape {
+ public:
+  PlacedShape() = default;
+  PlacedShape(EntityRow entity, const Geometry& geometry);
+
+  /// Follows the entity, whose frame is at `position`, turned by `orientation`.
+  void Place(const Vector3& position, const Quaternion& orientation);
+
+  EntityRow entity() const { return entity_; }
+  const Shape& shape() const { return shape_; }
+  dxGeom* geom() const { return geom_.get(); }
+  /// Of the shape's own frame, world.
+  const Vector3& position() const { return position_; }
+  const Matrix3& rotation() const { return rotation_; }
+
+  /// How far (m) the skin puts the surface out where its normal is `normal` (unit length, world, either sign).
+  double Skin(const Vector3& normal) const;
+
+  bool is_plane() const { return std::holds_alternative<Plane>(shape_); }
+  /// The plane without its skin, world. Only for a plane.
+  BroadPhase::HalfSpace half_space() const;
+  /// Bounds with the skin. Not for a plane.
+  Aabb box() const;
+
+ private:
+  EntityRow entity_{};
+  Shape shape_;
+  Vector3 position_in_entity_ = Vector3::Zero();
+  Matrix3 rotation_in_entity_ = Matrix3::Identity();
+  bool is_at_entity_ = true;
+  double skin_ = 0;  // m
+  GeomPtr geom_;
+  Vector3 position_ = Vector3::Zero();
+  Matrix3 rotation_ = Matrix3::Identity();
+};
+
+}  // namespace genphys::ode_backend

@@ -1,0 +1,240 @@
+#include "world.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "contacts.h"
+#include "library.h"
+#include "rays.h"
+
+namespace genphys::ode_backend {
+
+void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
+  PrepareThread();
+  if (Index(desc.row) >= bodies_.size()) bodies_.resize(Index(desc.row) + 1);
+  Body& body = bodies_[Index(desc.row)];
+  body.id = desc.id;
+  body.serial = ++last_serial_;
+  body.motion_type = desc.body.motion_type;
+  body.is_active = true;
+  if (body.motion_type == MotionType::kDynamic) {
+    body.mass = desc.mass;
+    body.is_centered = desc.mass.center_of_mass.isZero(0);
+  }
+  body.geometries.assign(desc.geometries.begin(), desc.geometries.end());
+
+  const Pose pose = state.pose(desc.row);
+  for (size_t i = 0; i < desc.geometries.size(); ++i) {
+    const GeometryRow row = desc.geometries[i];
+    if (Index(row) >= shapes_.size()) shapes_.resize(Index(row) + 1);
+    PlacedShape& shape = shapes_[Index(row)];
+    shape = PlacedShape(desc.row, desc.body.geometries[i]);
+    shape.Place(pose.position, pose.orientation);
+    if (shape.is_plane()) {
+      broad_phase_.AddHalfSpace(row, shape.half_space());
+    } else {
+      broad_phase_.Add(row, shape.box(), body.motion_type != MotionType::kStatic);
+    }
+  }
+}
+
+void World::RemoveBody(EntityRow row) {
+  for (GeometryRow geometry : bodies_[Index(row)].geometries) {
+    broad_phase_.Remove(geometry);
+    shapes_[Index(geometry)] = PlacedShape();
+  }
+  bodies_[Index(row)] = Body{};
+}
+
+void World::SetActive(std::span<const EntityRow> rows, bool active) {
+  for (EntityRow row : rows) {
+    Body& body = bodies_[Index(row)];
+    if (body.is_active == active) continue;
+    body.is_active = active;
+    if (body.motion_type == MotionType::kStatic) continue;
+    for (GeometryRow geometry : body.geometries) broad_phase_.SetMoving(geometry, active);
+  }
+}
+
+void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
+  PrepareThread();
+  // Solve() takes velocities and centres of mass from the columns, so only the geometries have to follow here.
+  for (EntityRow row : rows) {
+    const Pose pose = state.pose(row);
+    Place(bodies_[Index(row)], pose.position, pose.orientation);
+  }
+}
+
+void World::Place(const Body& body, const Vector3& position, const Quaternion& orientation) {
+  for (GeometryRow row : body.geometries) {
+    PlacedShape& shape = shapes_[Index(row)];
+    shape.Place(position, orientation);
+    if (shape.is_plane()) {
+      broad_phase_.MoveHalfSpace(row, shape.half_space());
+    } else {
+      broad_phase_.Move(row, shape.box());
+    }
+  }
+}
+
+void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
+  PrepareThread();
+  contacts.Clear();
+  candidates_.clear();
+  broad_phase_.VisitPairs([&](GeometryRow a, GeometryRow b) { AddCandidate(rule, a, b); });
+  PutInOrder(rule);
+  for (const Candidate& candidate : candidates_) {
+    const PlacedShape& a = shapes_[Index(candidate.a)];
+    const PlacedShape& b = shapes_[Index(candidate.b)];
+    const auto first_point = static_cast<uint32_t>(contacts.points.size());
+    const uint32_t count = FindPoints(a, b, contacts.points);
+    if (count == 0) continue;
+    contacts.pairs.push_back({.entity_a = a.entity(),
+                              .entity_b = b.entity(),
+                              .geometry_a = candidate.a,
+                              .geometry_b = candidate.b,
+                              .material = rule.Mixed(candidate.a, candidate.b),
+                              .is_sensor = candidate.is_sensor,
+                              .first_point = first_point,
+                              .point_count = count});
+  }
+}
+
+void World::AddCandidate(const PairRule& rule, GeometryRow a, GeometryRow b) {
+  const PairRule::Verdict verdict = rule.Decide(a, b);
+  if (verdict == PairRule::Verdict::kIgnore) return;
+  EntityId id_a = body_of(a).id;
+  EntityId id_b = body_of(b).id;
+  if (id_b < id_a) {
+    std::swap(a, b);
+    std::swap(id_a, id_b);
+  }
+  candidates_.push_back({id_a, id_b, a, b, verdict == PairRule::Verdict::kSensor});
+}
+
+void World::PutInOrder(const PairRule& rule) {
+  std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& x, const Candidate& y) {
+    if (x.id_a != y.id_a) return x.id_a < y.id_a;
+    if (x.id_b != y.id_b) return x.id_b < y.id_b;
+    return x.a != y.a ? rule.Before(x.a, y.a) : rule.Before(x.b, y.b);
+  });
+}
+
+void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) {
+  PrepareThread();
+  solver_.Begin(static_cast<uint32_t>(rows.size()), step_size);
+  LoadBodies(rows, state);
+  LoadContacts(state, contacts);
+  solver_.Step();
+  StoreImpulses(contacts);
+  StoreBodies(rows, state);
+}
+
+Motion World::MotionOf(EntityRow row, const StateArrays& state) const {
+  const Body& body = bodies_[Index(row)];
+  const Pose pose = state.pose(row);
+  const uint32_t column = Index(row);
+  return {body.is_centered ? pose.position : pose.Transform(body.mass.center_of_mass), pose.orientation,
+          state.linear_velocities.col(column), state.angular_velocities.col(column)};
+}
+
+void World::LoadBodies(std::span<const EntityRow> rows, const StateArrays& state) {
+  for (uint32_t i = 0; i < rows.size(); ++i) {
+    Body& body = bodies_[Index(rows[i])];
+    body.solved_as = i;
+    solver_.SetBody(i, body.serial, body.mass, MotionOf(rows[i], state));
+  }
+}
+
+World::Side World::SideAt(EntityRow row, const Vector3& point, const StateArrays& state) const {
+  const Body& body = bodies_[Index(row)];
+  if (body.motion_type == MotionType::kStatic || !body.is_active) return {};
+  const Motion motion = MotionOf(row, state);
+  return {body.solved_as, motion.linear_velocity + motion.angular_velocity.cross(point - motion.position)};
+}
+
+void World::LoadContacts(const StateArrays& state, ContactBuffer& contacts) {
+  solved_.clear();
+  solver_.ReserveContacts(contacts.points.size());
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor) continue;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      ContactPoint& point = contacts.points[i];
+      const Side a = SideAt(pair.entity_a, point.position, state);
+      const Side b = SideAt(pair.entity_b, point.position, state);
+      if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
+      // The solver pushes one side away from the other, and the one that it pushes must be movable.
+      const double sign = b.solved_as != kUnsolved ? 1 : -1;
+      const Side& pushed = sign > 0 ? b : a;
+      const Side& other = sign > 0 ? a : b;
+      const bool other_is_solved = other.solved_as != kUnsolved;
+      solver_.AddContact({.body = pushed.solved_as,
+                          .other = other.solved_as,
+                          .position = point.position,
+                          .normal = sign * point.normal,
+                          .depth = point.depth,
+                          .friction = point.friction,
+                          .relative_velocity = pushed.velocity - other.velocity,
+                          .other_velocity = other_is_solved ? Vector3::Zero() : other.velocity});
+      solved_.push_back({i, sign});
+    }
+  }
+}
+
+void World::StoreImpulses(ContactBuffer& contacts) const {
+  for (size_t i = 0; i < solved_.size(); ++i) {
+    ContactPoint& point = contacts.points[solved_[i].point];
+    const Vector3 impulse = solved_[i].sign * solver_.Impulse(i);
+    point.normal_impulse = impulse.dot(point.normal);
+    point.friction_impulse = impulse - point.normal_impulse * point.normal;
+  }
+}
+
+void World::StoreBodies(std::span<const EntityRow> rows, StateArrays& state) {
+  for (uint32_t i = 0; i < rows.size(); ++i) {
+    Body& body = bodies_[Index(rows[i])];
+    body.solved_as = kUnsolved;
+    const Motion motion = solver_.motion(i);
+    if (!motion.linear_velocity.allFinite() || !motion.angular_velocity.allFinite()) {
+      throw EngineFault("ODE: a velocity is not finite after a step");
+    }
+    const uint32_t column = Index(rows[i]);
+    Pose pose{motion.position, motion.orientation};
+    if (!body.is_centered) pose.position -= pose.orientation * body.mass.center_of_mass;
+    state.set_pose(rows[i], pose);
+    state.linear_velocities.col(column) = motion.linear_velocity;
+    state.angular_velocities.col(column) = motion.angular_velocity;
+    Place(body, pose.position, pose.orientation);
+  }
+}
+
+void World::CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
+                     std::span<RayHit> hits) {
+  std::transform(rays.begin(), rays.end(), hits.begin(),
+                 [&](const Ray& ray) { return CastRay(rule, ray, collides_with_bits); });
+}
+
+RayHit World::CastRay(const PairRule& rule, const Ray& ray, uint64_t collides_with_bits) const {
+  RayHit best;
+  best.fraction = 1;
+  broad_phase_.VisitRay(ray, best.fraction, [&](GeometryRow row) {
+    if (!rule.SeenByRay(row, collides_with_bits)) return;
+    const PlacedShape& shape = shapes_[Index(row)];
+    const Matrix3 to_shape = shape.rotation().transpose();
+    const auto entry =
+        EnterShape(shape.shape(), {to_shape * (ray.origin - shape.position()), to_shape * ray.translation});
+    if (!entry) return;
+    const EntityId id = body_of(row).id;
+    const bool is_better =
+        best.entity.is_null() || std::tie(entry->fraction, id) < std::tie(best.fraction, best.entity);
+    if (is_better) best = {id, entry->fraction, shape.rotation() * entry->normal};
+  });
+  return best.entity.is_null() ? RayHit{} : best;
+}
+
+void World::SaveState(std::string& bytes) const {
+  // Little-endian on every machine.
+  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(solver_.seed() >> shift & 0xff));
+}
+
+}  // namespace genphys::ode_backend
