@@ -113,9 +113,10 @@ def test_sizes_refuses_a_function_one_line_over_the_limit(tmp_path):
 
 def test_folders_refuses_one_that_nobody_explains(tmp_path):
     status, output = run("check_folders", tmp_path, {
-        "docs/architecture.md": "* `core/` is the model.\n",
+        "docs/architecture.md": "* `core/` is the model.\n* `tests/` has `unit/`.\n* `server/`.\n* `hosting/`.\n",
         "core/src/a.cc": "",
         "core/include/genphys/a.h": "",
+        "tests/unit/a.cc": "",
         "wire/README.md": "",
         "wire/src/a.cc": "",
         "server/hosting/src/a.cc": "",
