@@ -118,8 +118,8 @@ void PackAsleep(const StateArrays& state, const FrameRows& from, std::string* ou
 
 }  // namespace
 
-void EncodeFrame(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp, v1::Frame* out) {
-  const StateArrays& state = world.state();
+void EncodeFrame(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+                 v1::Frame* out) {
   FrameRows from = request.entity_ids().empty() ? RowsOfAll(state) : RowsOf(state, request.entity_ids());
   Order(state, from);
   *out->mutable_stamp() = stamp;

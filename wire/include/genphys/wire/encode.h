@@ -8,6 +8,7 @@
 #include "genphys/event.h"
 #include "genphys/query.h"
 #include "genphys/scene.h"
+#include "genphys/state.h"
 #include "genphys/v1/command.pb.h"
 #include "genphys/v1/engine_service.pb.h"
 #include "genphys/v1/entity.pb.h"
@@ -42,7 +43,12 @@ void EncodeWorld(const WorldDesc& desc, std::string_view name, v1::World::State 
 
 /// The living entities that `request` names, or all, as columns in ascending order of id. Every frame is whole,
 /// whether deltas were asked for or not. Costs one pass over the rows.
-void EncodeFrame(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp, v1::Frame* out);
+void EncodeFrame(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+                 v1::Frame* out);
+inline void EncodeFrame(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+                        v1::Frame* out) {
+  EncodeFrame(world.state(), request, stamp, out);
+}
 
 /// Where the work of a step went.
 void EncodeStats(const StepStats& stats, v1::StepStats* out);

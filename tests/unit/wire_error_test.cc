@@ -1,0 +1,93 @@
+#include <gtest/gtest.h>
+
+#include "genphys/wire/error.h"
+#include "google/rpc/error_details.pb.h"
+#include "wire_round_trip.h"
+
+namespace genphys {
+namespace {
+
+class EveryReason : public testing::TestWithParam<int> {};
+
+TEST_P(EveryReason, HasTheSameNameOnTheWireAndTravelsWithItsField) {
+  const auto reason = static_cast<Reason>(GetParam());
+  EXPECT_EQ(v1::ErrorReason_Name(GetParam()), "ERROR_REASON_" + std::string(NameOf(reason)));
+  EXPECT_EQ(EncodeReason(reason), GetParam());
+  EXPECT_EQ(DecodeReason(EncodeReason(reason)), reason);
+  const Status sent = Refuse(reason, "commands[3].set_pose", "why");
+
+  const Status received = DecodeStatus(EncodeStatus(sent));
+
+  EXPECT_EQ(received.code(), CodeOf(reason));
+  EXPECT_EQ(MessageOf(received), "why");
+  ASSERT_TRUE(RefusalOf(received).has_value());
+  EXPECT_EQ(RefusalOf(received)->reason, reason);
+  EXPECT_EQ(RefusalOf(received)->field, "commands[3].set_pose");
+}
+
+// Zero is no refusal of ours, so it is not restored as one.
+INSTANTIATE_TEST_SUITE_P(WireError, EveryReason, testing::Range(1, static_cast<int>(v1::ErrorReason_ARRAYSIZE)));
+
+TEST(WireError, BlamesTheFieldInTheStandardWay) {
+  const google::rpc::Status status = EncodeStatus(Refuse(Reason::kOutOfRange, "entity.pose.position.x", "too far"));
+
+  ASSERT_EQ(status.details_size(), 2);
+  google::rpc::BadRequest request;
+  ASSERT_TRUE(status.details(0).UnpackTo(&request));
+  ASSERT_EQ(request.field_violations_size(), 1);
+  EXPECT_EQ(request.field_violations(0).field(), "entity.pose.position.x");
+  EXPECT_EQ(request.field_violations(0).description(), "too far");
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(status.details(1).UnpackTo(&info));
+  EXPECT_EQ(info.reason(), "OUT_OF_RANGE");
+  EXPECT_EQ(info.domain(), "genphys");
+  EXPECT_EQ(info.metadata().at("field"), "entity.pose.position.x");
+}
+
+TEST(WireError, BlamesNoFieldWhereNoneIsToBlame) {
+  const google::rpc::Status status = EncodeStatus(Refuse(Reason::kDraining, "", "shutting down"));
+
+  ASSERT_EQ(status.details_size(), 1);
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(status.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.metadata().size(), 0u);
+}
+
+TEST(WireError, LeavesAStatusOfOtherOriginAsItIs) {
+  const Status sent(absl::StatusCode::kDeadlineExceeded, "late");
+
+  const google::rpc::Status encoded = EncodeStatus(sent);
+
+  EXPECT_EQ(encoded.details_size(), 0);
+  EXPECT_EQ(DecodeStatus(encoded), sent);
+}
+
+TEST(WireError, DoesNotTakeTheDetailsOfOthersForARefusal) {
+  google::rpc::ErrorInfo info;
+  info.set_reason("STALE_ID");
+  info.set_domain("example.com");
+  google::rpc::Status status;
+  status.set_code(static_cast<int>(absl::StatusCode::kNotFound));
+  status.add_details()->PackFrom(info);
+  EXPECT_EQ(RefusalOf(DecodeStatus(status)), std::nullopt);
+
+  info.set_domain("genphys");
+  info.set_reason("OF_THE_FUTURE");
+  status.mutable_details(0)->PackFrom(info);
+
+  EXPECT_EQ(RefusalOf(DecodeStatus(status)), std::nullopt);
+  EXPECT_EQ(DecodeStatus(status).code(), absl::StatusCode::kNotFound);
+}
+
+TEST(WireError, TellsWhyACommandWasRefused) {
+  v1::Error error;
+
+  EncodeError(Refuse(Reason::kStaleId, "entity_id", "gone"), &error);
+
+  EXPECT_EQ(error.reason(), v1::ERROR_REASON_STALE_ID);
+  EXPECT_EQ(error.field(), "entity_id");
+  EXPECT_EQ(error.message(), "gone");
+}
+
+}  // namespace
+}  // namespace genphys
