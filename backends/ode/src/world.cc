@@ -8,6 +8,16 @@
 #include "rays.h"
 
 namespace genphys::ode_backend {
+namespace {
+
+// Before a solve too: ODE itself notices in the middle of one, and then its memory for the step is lost.
+void CheckFinite(const Motion& motion) {
+  if (!motion.linear_velocity.allFinite() || !motion.angular_velocity.allFinite()) {
+    throw EngineFault("ODE: a velocity is not finite");
+  }
+}
+
+}  // namespace
 
 void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
   PrepareThread();
@@ -142,7 +152,9 @@ void World::LoadBodies(std::span<const EntityRow> rows, const StateArrays& state
   for (uint32_t i = 0; i < rows.size(); ++i) {
     Body& body = bodies_[Index(rows[i])];
     body.solved_as = i;
-    solver_.SetBody(i, body.serial, body.mass, MotionOf(rows[i], state));
+    const Motion motion = MotionOf(rows[i], state);
+    CheckFinite(motion);
+    solver_.SetBody(i, body.serial, body.mass, motion);
   }
 }
 
@@ -195,9 +207,7 @@ void World::StoreBodies(std::span<const EntityRow> rows, StateArrays& state) {
     Body& body = bodies_[Index(rows[i])];
     body.solved_as = kUnsolved;
     const Motion motion = solver_.motion(i);
-    if (!motion.linear_velocity.allFinite() || !motion.angular_velocity.allFinite()) {
-      throw EngineFault("ODE: a velocity is not finite after a step");
-    }
+    CheckFinite(motion);
     const uint32_t column = Index(rows[i]);
     Pose pose{motion.position, motion.orientation};
     if (!body.is_centered) pose.position -= pose.orientation * body.mass.center_of_mass;
