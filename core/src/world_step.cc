@@ -260,11 +260,12 @@ void StepRun::ChooseFriction() {
     const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       ContactPoint& point = contacts.points[i];
-      const Vector3 velocity =
+      const Vector3 given =
           VelocityAt(pair.entity_b, center_b, point.position) - VelocityAt(pair.entity_a, center_a, point.position);
-      const double along = velocity.dot(point.normal);
-      approach_[i] = -along;
-      const bool slides = (velocity - along * point.normal).norm() > kSlidingSpeed;
+      approach_[i] = -given.dot(point.normal);
+      // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
+      const Vector3& slip = point.relative_velocity;
+      const bool slides = (slip - slip.dot(point.normal) * point.normal).norm() > kSlidingSpeed;
       point.friction = slides ? pair.material.kinetic_friction : pair.material.friction;
     }
   }

@@ -1,0 +1,220 @@
+// What touches, what slides, what bounces and what only looks: alike on every engine.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Contacts);
+
+constexpr double kGravity = 9.81;
+
+TEST_P(Contacts, EveryShapeRestsOnTheFloorAtItsHeight) {
+  constexpr double kRestError = 1e-3;  // m
+  const auto world = MakeWorld();
+  const std::vector<std::pair<Shape, double>> shapes = {
+      {Sphere{0.4}, 0.4}, {Box{{0.3, 0.4, 0.2}}, 0.2}, {Cylinder{0.4, 0.3}, 0.3}, {Capsule{0.2, 0.3}, 0.2}};
+  std::vector<EntityId> ids;
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    EntityDesc body = Body(shapes[i].first, {3.0 * static_cast<double>(i), 0, shapes[i].second + 0.05});
+    if (std::holds_alternative<Capsule>(shapes[i].first)) {
+      body.pose.orientation = Quaternion(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitX()));
+    }
+    ids.push_back(Add(*world, body));
+  }
+
+  Steps(*world, 180);
+
+  for (size_t i = 0; i < ids.size(); ++i) {
+    EXPECT_NEAR(PositionOf(*world, ids[i]).z(), shapes[i].second, kRestError) << "shape " << i;
+  }
+}
+
+TEST_P(Contacts, PointFromTheSmallerIdToTheLarger) {
+  const auto world = MakeWorld();
+  Add(*world, Crate({0, 0, 0.55}));
+  Steps(*world, 1);
+  world->TakeEvents();
+  Steps(*world, 30);
+
+  const auto began = Of<ContactBegan>(world->TakeEvents());
+
+  ASSERT_EQ(began.size(), 1u);
+  EXPECT_LT(began[0].pair.a, began[0].pair.b);
+  ASSERT_GE(began[0].points.size(), 3u);
+  for (const EventContactPoint& point : began[0].points) {
+    EXPECT_NEAR(point.normal.z(), 1, 1e-9);
+    EXPECT_NEAR(point.position.z(), 0, 0.05);
+    EXPECT_LT(point.relative_velocity.z(), 0) << "it was still falling";
+    EXPECT_DOUBLE_EQ(point.friction, 0.5);
+  }
+}
+
+TEST_P(Contacts, CarryTheWeight) {
+  // One step's impulses of a resting crate sum to m g h; iterative solvers are asked for a part in a thousand.
+  constexpr double kWeightError = 1e-3;
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}};
+  desc.recorded_events.persisting_contacts = true;
+  const auto world = testing::MakeWorld(desc);
+  EntityDesc crate = Crate({0, 0, 0.5}, 0.5, 3);
+  crate.rigid_body->auto_disable.enabled = false;
+  Add(*world, crate);
+  Steps(*world, 120);
+  world->TakeEvents();
+
+  Steps(*world, 60);
+
+  double impulse = 0;
+  for (const ContactPersisted& contact : Of<ContactPersisted>(world->TakeEvents())) {
+    for (const EventContactPoint& point : contact.points) impulse += point.normal_impulse;
+  }
+  EXPECT_NEAR(impulse / (3 * kGravity * 1.0), 1, kWeightError);
+}
+
+TEST_P(Contacts, SlidingStopsWhereCoulombSays) {
+  // v^2 / (2 mu g), along an axis and along a diagonal; the integrator is first order: v h / 2 of it is too long.
+  constexpr double kSpeed = 3, kFriction = 0.3;
+  const double distance = kSpeed * kSpeed / (2 * kFriction * kGravity);
+  const double tolerance = 2 * kSpeed / 60 / 2;
+  for (const double heading : {0.0, M_PI / 4}) {
+    const auto world = MakeWorld();
+    EntityDesc box = Body(Box{{0.2, 0.2, 0.05}}, {0, 0, 0.05});
+    box.rigid_body->geometries[0].material.friction = kFriction * kFriction / 0.5;  // mixes to kFriction with the floor
+    box.rigid_body->linear_velocity = kSpeed * Vector3(std::cos(heading), std::sin(heading), 0);
+    const EntityId id = Add(*world, box);
+
+    Steps(*world, 120);
+
+    const Vector3 position = PositionOf(*world, id);
+    EXPECT_NEAR(position.head<2>().norm(), distance, tolerance) << "heading " << heading;
+    EXPECT_NEAR(std::atan2(position.y(), position.x()), heading, 0.02);
+  }
+}
+
+TEST_P(Contacts, KineticFrictionBrakesAndStaticFrictionHolds) {
+  const auto world = MakeWorld();
+  Do(*world, SetGravity{{kGravity * 0.6, 0, -kGravity}});  // a slope of tan = 0.6
+  const auto box = [&](double y, double speed) {
+    EntityDesc desc = Body(Box{{0.2, 0.2, 0.05}}, {0, y, 0.05});
+    desc.rigid_body->geometries[0].material.friction = 2.0;           // mixes with the floor to 1.0
+    desc.rigid_body->geometries[0].material.kinetic_friction = 0.08;  // mixes with the floor to 0.2
+    desc.rigid_body->linear_velocity.x() = speed;
+    desc.rigid_body->auto_disable.enabled = false;
+    return Add(*world, desc);
+  };
+  const EntityId holds = box(0, 0), slides = box(5, 1);
+
+  Steps(*world, 60);
+
+  EXPECT_NEAR(PositionOf(*world, holds).x(), 0, 5e-3);
+  // Slope less kinetic friction: 0.4 g, from 1 m/s, for one second; first order in the step.
+  EXPECT_NEAR(PositionOf(*world, slides).x(), 1 + 0.2 * kGravity, 0.15);
+}
+
+TEST_P(Contacts, ABallBouncesAsHighAsItsRestitution) {
+  // The impact is resolved within a step of 1/240 s at up to 6.3 m/s.
+  constexpr double kHeightError = 0.06;  // m
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .stepper = {.step_size = 1.0 / 240}};
+  desc.default_material.restitution = 0.8;
+  const auto world = testing::MakeWorld(desc);
+  const EntityId ball = Add(*world, Ball({0, 0, 2.5}));
+
+  double highest = 0;
+  for (int i = 0; i < 360; ++i) {
+    Steps(*world, 1);
+    if (VelocityOf(*world, ball).z() > 0) highest = std::max(highest, PositionOf(*world, ball).z());
+  }
+
+  EXPECT_NEAR(highest, 0.5 + 0.64 * 2, kHeightError);
+}
+
+TEST_P(Contacts, ASensorTellsOfAVisitorAndPushesNothing) {
+  const auto world = MakeWorld();
+  EntityDesc gate = Block({0, 0, 5}, {1, 1, 0.5});
+  gate.rigid_body->geometries[0].is_sensor = true;
+  const EntityId sensor = Add(*world, gate), ball = Add(*world, Ball({0, 0, 8}));
+  const EntityId reference = Add(*world, Ball({20, 0, 8}));
+  world->TakeEvents();
+
+  Steps(*world, 70);
+
+  EXPECT_NEAR(PositionOf(*world, ball).z(), PositionOf(*world, reference).z(), 1e-12);
+  const std::vector<Event> events = world->TakeEvents();
+  const auto entered = Of<SensorEntered>(events);
+  const auto left = Of<SensorLeft>(events);
+  ASSERT_EQ(entered.size(), 1u);
+  EXPECT_EQ(entered[0].sensor, sensor);
+  EXPECT_EQ(entered[0].visitor, ball);
+  EXPECT_EQ(left.size(), 1u);
+}
+
+TEST_P(Contacts, FilteredPairsPassThroughEachOther) {
+  const auto world = MakeWorld();
+  EntityDesc ghost = Ball({0, 0, 2});
+  ghost.rigid_body->geometries[0].collides_with_bits = 2;
+  const EntityId id = Add(*world, ghost);
+
+  Steps(*world, 120);
+
+  EXPECT_LT(PositionOf(*world, id).z(), -5);
+}
+
+TEST_P(Contacts, RaysHitTheNearestSurface) {
+  const auto world = MakeWorld();
+  const EntityId ball = Add(*world, Ball({3, 0, 1})), block = Add(*world, Block({6, 0, 1}, {0.5, 2, 0.9}));
+  const std::vector<Ray> rays = {{{0, 0, 1}, {10, 0, 0}}, {{0, 1, 1}, {10, 0, 0}}, {{0, 0, 5}, {0, 0, 10}}};
+
+  const Result<std::vector<RayHit>> hits = world->CastRays(rays);
+
+  ASSERT_TRUE(hits.ok()) << hits.status();
+  EXPECT_EQ((*hits)[0].entity, ball);
+  EXPECT_NEAR((*hits)[0].fraction, 0.25, 1e-6);
+  EXPECT_NEAR((*hits)[0].normal.x(), -1, 1e-6);
+  EXPECT_EQ((*hits)[1].entity, block);
+  EXPECT_NEAR((*hits)[1].fraction, 0.55, 1e-6);
+  EXPECT_TRUE((*hits)[2].entity.is_null());
+}
+
+TEST_P(Contacts, AnOffsetCompoundRestsOnItsGeometries) {
+  constexpr double kRestError = 1e-3;  // m
+  const auto world = MakeWorld();
+  EntityDesc table;
+  table.pose.position = {0, 0, 1.01};
+  table.rigid_body = RigidBody{.geometries = {Geometry{.shape = Box{{1, 1, 0.1}}}}};
+  for (const double x : {-0.8, 0.8}) {
+    for (const double y : {-0.8, 0.8}) {
+      Geometry leg = Block({}, {0.1, 0.1, 0.4}).rigid_body->geometries.front();
+      leg.pose_in_entity.position = {x, y, -0.5};
+      table.rigid_body->geometries.push_back(leg);
+    }
+  }
+  const EntityId id = Add(*world, table);
+
+  Steps(*world, 120);
+
+  EXPECT_NEAR(PositionOf(*world, id).z(), 0.9, kRestError);
+  EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(Quaternion::Identity()), 1e-3);
+}
+
+TEST_P(Contacts, ABodyThatLeavesTheWorldIsDisabledAndAnnounced) {
+  const auto world = MakeWorld();
+  EntityDesc rocket = Ball({9.9999e6, 0, 10});
+  rocket.rigid_body->linear_velocity = {1e5, 0, 0};
+  const EntityId id = Add(*world, rocket), other = Add(*world, Ball({0, 0, 5}));
+  world->TakeEvents();
+
+  Steps(*world, 30);
+
+  const auto faulted = Of<EntityFaulted>(world->TakeEvents());
+  ASSERT_EQ(faulted.size(), 1u);
+  EXPECT_EQ(faulted[0].id, id);
+  EXPECT_LE(PositionOf(*world, id).x(), 1e7);
+  EXPECT_LT(PositionOf(*world, other).z(), 5) << "the others go on";
+  Do(*world, SetPose{.id = id, .position = Vector3(0, 5, 5)});
+  Steps(*world, 30);
+  EXPECT_LT(PositionOf(*world, id).z(), 5) << "a new pose brings it back";
+}
+
+}  // namespace
+}  // namespace genphys::testing

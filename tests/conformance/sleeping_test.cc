@@ -1,0 +1,120 @@
+// Rest costs nothing and ends in the step that something happens.
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Sleeping);
+
+TEST_P(Sleeping, ARestingStackFallsAsleepAsOne) {
+  const auto world = MakeWorld();
+  const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
+  world->TakeEvents();
+
+  Steps(*world, 120);
+
+  EXPECT_TRUE(Asleep(*world, low));
+  EXPECT_TRUE(Asleep(*world, high));
+  const auto slept = Of<EntitySlept>(world->TakeEvents());
+  ASSERT_EQ(slept.size(), 2u);
+  EXPECT_EQ(slept[0].id, low);
+  EXPECT_EQ(slept[1].id, high);
+}
+
+TEST_P(Sleeping, NothingChangesWhileAllSleep) {
+  const auto world = MakeWorld();
+  Add(*world, Crate({0, 0, 0.5}));
+  Steps(*world, 120);
+  const StateArrays before = world->state();
+  world->TakeEvents();
+
+  Steps(*world, 100);
+
+  EXPECT_EQ(world->state().positions, before.positions);
+  EXPECT_TRUE(world->TakeEvents().empty());
+}
+
+TEST_P(Sleeping, ABodyThatMayNotSleepStaysAwake) {
+  const auto world = MakeWorld();
+  EntityDesc crate = Crate({0, 0, 0.5});
+  crate.rigid_body->auto_disable.enabled = false;
+  const EntityId id = Add(*world, crate);
+
+  Steps(*world, 300);
+
+  EXPECT_FALSE(Asleep(*world, id));
+}
+
+TEST_P(Sleeping, AHitWakesTheWholeIslandAndEndsNoContact) {
+  const auto world = MakeWorld();
+  const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, low) && Asleep(*world, high));
+  const EntityId ball = Add(*world, Ball({0, 0, 3}));
+  world->TakeEvents();
+
+  uint64_t met = 0, woke = 0;
+  for (int i = 0; i < 60; ++i) {
+    Steps(*world, 1);
+    const std::vector<Event> events = world->TakeEvents();
+    EXPECT_TRUE(Of<ContactEnded>(events).empty());
+    for (const ContactBegan& began : Of<ContactBegan>(events)) {
+      EXPECT_EQ(began.pair, (EntityPair{high, ball})) << "resting contacts are not told again";
+      met = world->layer_state().step;
+    }
+    if (Of<EntityWoke>(events).size() == 2) woke = world->layer_state().step;
+  }
+  EXPECT_GT(met, 0u);
+  EXPECT_EQ(woke, met);
+}
+
+TEST_P(Sleeping, AForceOrALostSupportWakes) {
+  const auto world = MakeWorld();
+  const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
+  const EntityId aside = Add(*world, Crate({5, 0, 0.5}));
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, high) && Asleep(*world, aside));
+
+  Do(*world, ApplyForce{.id = aside, .force = {0, 0, 100}});
+  EXPECT_FALSE(Asleep(*world, aside));
+  EXPECT_TRUE(Asleep(*world, high));
+  Do(*world, DeleteEntity{low});
+  EXPECT_FALSE(Asleep(*world, high));
+
+  Steps(*world, 120);
+  EXPECT_NEAR(PositionOf(*world, high).z(), 0.5, 1e-3);
+}
+
+TEST_P(Sleeping, AMovingLiftWakesWhatItTouches) {
+  const auto world = MakeWorld();
+  const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
+  EntityDesc pusher = Crate({-3, 0, 0.6});
+  pusher.rigid_body->motion_type = MotionType::kKinematic;
+  const EntityId lift = Add(*world, pusher);
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, crate));
+
+  Do(*world, SetVelocity{.id = lift, .linear = Vector3(1, 0, 0)});
+  Steps(*world, 180);
+
+  // The faces were 2 m apart; 3 s at 1 m/s leave 1 m of pushing, less what a step of contact resolves late.
+  EXPECT_NEAR(PositionOf(*world, crate).x(), 1.0, 0.02);
+  EXPECT_FALSE(Asleep(*world, crate));
+}
+
+TEST_P(Sleeping, ABodyOnAMovingLiftDoesNotSleep) {
+  const auto world = MakeWorld();
+  EntityDesc platform = Body(Box{{2, 2, 0.1}}, {0, 0, 1});
+  platform.rigid_body->motion_type = MotionType::kKinematic;
+  platform.rigid_body->linear_velocity = {0, 0, 0.01};  // slower than the threshold of rest
+  Add(*world, platform);
+  const EntityId crate = Add(*world, Crate({0, 0, 1.6}));
+
+  Steps(*world, 300);
+
+  EXPECT_FALSE(Asleep(*world, crate));
+  EXPECT_NEAR(PositionOf(*world, crate).z(), 1.6 + 0.05, 2e-3);
+}
+
+}  // namespace
+}  // namespace genphys::testing
