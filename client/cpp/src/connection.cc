@@ -1,0 +1,92 @@
+#include "connection.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+
+#include <cstdio>
+#include <random>
+
+#include "genphys/wire/error.h"
+
+namespace genphys::client {
+namespace {
+
+// Streams have no deadline, so an unanswered ping is how they notice that the server's machine is gone. The server
+// permits pings this often.
+constexpr int kKeepaliveMilliseconds = 60'000;
+constexpr int kKeepaliveTimeoutMilliseconds = 10'000;
+// A stream comes back as soon as its server does; gRPC's own pause grows to two minutes.
+constexpr int kReconnectMillisecondsMin = 100;
+constexpr int kReconnectMillisecondsMax = 1'000;
+
+// Reads, and changes that carry a request id: done twice they are done once.
+constexpr char kRetries[] = R"({"methodConfig": [{
+  "name": [
+    {"service": "genphys.v1.EngineService"},
+    {"service": "genphys.v1.WorldService", "method": "CreateWorld"},
+    {"service": "genphys.v1.WorldService", "method": "GetWorld"},
+    {"service": "genphys.v1.WorldService", "method": "ListWorlds"},
+    {"service": "genphys.v1.SimulationService", "method": "CreateEntity"},
+    {"service": "genphys.v1.SimulationService", "method": "DeleteEntity"},
+    {"service": "genphys.v1.SimulationService", "method": "ApplyForce"},
+    {"service": "genphys.v1.SimulationService", "method": "GetEntity"},
+    {"service": "genphys.v1.SimulationService", "method": "ListEntities"},
+    {"service": "genphys.v1.SimulationService", "method": "Step"},
+    {"service": "genphys.v1.SimulationService", "method": "CastRays"}
+  ],
+  "retryPolicy": {
+    "maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2,
+    "retryableStatusCodes": ["UNAVAILABLE"]
+  }
+}]})";
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  // A frame of 50,000 entities is larger than the 4 MiB that gRPC allows unless told.
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetMaxSendMessageSize(-1);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMilliseconds);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMilliseconds);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kReconnectMillisecondsMin);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kReconnectMillisecondsMin);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kReconnectMillisecondsMax);
+  // The address is meant as it stands, whatever proxy the environment names for the web.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  arguments.SetServiceConfigJSON(kRetries);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+std::string RandomPrefix() {
+  std::random_device random;
+  char text[32];
+  std::snprintf(text, sizeof text, "%08x%08x%08x-", random(), random(), random());
+  return text;
+}
+
+}  // namespace
+
+Status FromGrpc(const grpc::Status& status) {
+  if (status.ok()) return absl::OkStatus();
+  google::rpc::Status details;
+  if (!status.error_details().empty() && details.ParseFromString(status.error_details())) return DecodeStatus(details);
+  return Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
+}
+
+Connection::Connection(const std::string& address, const ConnectOptions& options)
+    : address_(address),
+      deadline_(options.deadline),
+      channel_(MakeChannel(address)),
+      engines_(channel_),
+      worlds_(channel_),
+      simulation_(channel_),
+      request_prefix_(RandomPrefix()) {}
+
+Status Connection::WaitUntilConnected(std::chrono::milliseconds timeout) {
+  if (channel_->WaitForConnected(std::chrono::system_clock::now() + timeout)) return absl::OkStatus();
+  return absl::UnavailableError("no server answers at " + address_ + "; script/server starts one");
+}
+
+std::string Connection::NextRequestId() { return request_prefix_ + std::to_string(++requests_); }
+
+}  // namespace genphys::client

@@ -1,0 +1,59 @@
+#pragma once
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "genphys/client/options.h"
+#include "genphys/status.h"
+#include "genphys/v1/engine_service.grpc.pb.h"
+#include "genphys/v1/simulation_service.grpc.pb.h"
+#include "genphys/v1/world_service.grpc.pb.h"
+
+namespace genphys::client {
+
+/// The status of a call, with the refusal that the server sent restored.
+Status FromGrpc(const grpc::Status& status);
+
+/// A channel to one server and the stubs on it. Thread-safe.
+class Connection {
+ public:
+  using Deadline = std::optional<std::chrono::milliseconds>;
+
+  Connection(const std::string& address, const ConnectOptions& options);
+
+  Status WaitUntilConnected(std::chrono::milliseconds timeout);
+
+  v1::EngineService::Stub& engines() { return engines_; }
+  v1::WorldService::Stub& worlds() { return worlds_; }
+  v1::SimulationService::Stub& simulation() { return simulation_; }
+  std::chrono::milliseconds deadline() const { return deadline_; }
+
+  /// One call that is no stream; without a deadline of its own it has the connection's.
+  template <typename Stub, typename Request, typename Response>
+  Status Call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+              const Request& request, Response* response, Deadline deadline = std::nullopt) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + deadline.value_or(deadline_));
+    return FromGrpc((stub.*method)(&context, request, response));
+  }
+
+  /// A name for a call that no other call of any client has: the server knows a retry by it.
+  std::string NextRequestId();
+
+ private:
+  std::string address_;
+  std::chrono::milliseconds deadline_;
+  std::shared_ptr<grpc::Channel> channel_;
+  v1::EngineService::Stub engines_;
+  v1::WorldService::Stub worlds_;
+  v1::SimulationService::Stub simulation_;
+  std::string request_prefix_;
+  std::atomic<uint64_t> requests_{0};
+};
+
+}  // namespace genphys::client
