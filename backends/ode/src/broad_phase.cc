@@ -3,9 +3,9 @@
 namespace genphys::ode_backend {
 namespace {
 
-// The tree holds each box a little widened, so that what creeps, trembles or rolls need not be inserted anew each time.
+// A moving geometry's neighbourhood is wider than its box, so that what creeps, trembles or rolls stays within it.
 constexpr double kMargin = 0.05;  // of the largest side
-// How far ahead a leaf reaches along its last displacement.
+// How far ahead it reaches along the last displacement.
 constexpr double kAhead = 3;
 
 Aabb Widened(const Aabb& box, const Vector3& displacement) {
@@ -26,11 +26,13 @@ void BroadPhase::AddHalfSpace(GeometryRow row, const HalfSpace& half_space) {
   proxy.kind = Kind::kPlane;
   proxy.index = static_cast<uint32_t>(planes_.size());
   planes_.push_back({row, half_space});
+  MarkFresh(row);
 }
 
 void BroadPhase::Remove(GeometryRow row) {
   Leave(row);
-  proxies_[Index(row)] = Proxy{};
+  MarkFresh(row);
+  proxies_[Index(row)].kind = Kind::kAbsent;
 }
 
 void BroadPhase::Move(GeometryRow row, const Aabb& box) {
@@ -42,7 +44,14 @@ void BroadPhase::Move(GeometryRow row, const Aabb& box) {
   tree.Remove(proxy.leaf);
   // What jumps further than its own size was put there, and says nothing of where it goes next.
   const bool jumped = displacement.squaredNorm() > (box.high - box.low).squaredNorm();
-  proxy.leaf = tree.Insert(Widened(box, jumped ? Vector3::Zero() : displacement), row);
+  const Vector3 ahead = jumped ? Vector3::Zero() : displacement;
+  proxy.leaf = tree.Insert(proxy.kind == Kind::kMoving ? Widened(box, ahead) : box, row);
+  MarkFresh(row);
+}
+
+void BroadPhase::MoveHalfSpace(GeometryRow row, const HalfSpace& half_space) {
+  planes_[proxies_[Index(row)].index].half_space = half_space;
+  MarkFresh(row);
 }
 
 void BroadPhase::SetMoving(GeometryRow row, bool moving) {
@@ -50,6 +59,33 @@ void BroadPhase::SetMoving(GeometryRow row, bool moving) {
   if (kind == Kind::kPlane || (kind == Kind::kMoving) == moving) return;
   Leave(row);
   Enter(row, moving);
+}
+
+void BroadPhase::ForgetFresh() {
+  for (GeometryRow row : fresh_rows_) proxies_[Index(row)].is_fresh = false;
+  fresh_rows_.clear();
+}
+
+void BroadPhase::MarkFresh(GeometryRow row) {
+  bool& is_fresh = proxies_[Index(row)].is_fresh;
+  if (!is_fresh) fresh_rows_.push_back(row);
+  is_fresh = true;
+}
+
+bool BroadPhase::AreNeighbours(GeometryRow a, GeometryRow b) const {
+  const Proxy& first = proxies_[Index(a)];
+  const Proxy& second = proxies_[Index(b)];
+  if (first.kind == Kind::kPlane) return Reaches(Neighbourhood(second), planes_[first.index].half_space);
+  if (second.kind == Kind::kPlane) return Reaches(Neighbourhood(first), planes_[second.index].half_space);
+  return Neighbourhood(first).Overlaps(Neighbourhood(second));
+}
+
+bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
+  const Proxy& first = proxies_[Index(a)];
+  const Proxy& second = proxies_[Index(b)];
+  if (first.kind == Kind::kPlane) return Reaches(second.box, planes_[first.index].half_space);
+  if (second.kind == Kind::kPlane) return Reaches(first.box, planes_[second.index].half_space);
+  return first.box.Overlaps(second.box);
 }
 
 bool BroadPhase::Reaches(const Aabb& box, const HalfSpace& half_space) {
@@ -68,11 +104,14 @@ BroadPhase::Proxy& BroadPhase::NewProxy(GeometryRow row) {
 void BroadPhase::Enter(GeometryRow row, bool moving) {
   Proxy& proxy = proxies_[Index(row)];
   proxy.kind = moving ? Kind::kMoving : Kind::kResting;
-  proxy.leaf = (moving ? moving_ : resting_).Insert(Widened(proxy.box, Vector3::Zero()), row);
-  if (moving) {
-    proxy.index = static_cast<uint32_t>(moving_rows_.size());
-    moving_rows_.push_back(row);
+  MarkFresh(row);
+  if (!moving) {
+    proxy.leaf = resting_.Insert(proxy.box, row);
+    return;
   }
+  proxy.leaf = moving_.Insert(Widened(proxy.box, Vector3::Zero()), row);
+  proxy.index = static_cast<uint32_t>(moving_rows_.size());
+  moving_rows_.push_back(row);
 }
 
 void BroadPhase::Leave(GeometryRow row) {

@@ -6,8 +6,8 @@
 
 namespace genphys::ode_backend {
 
-/// Which geometries are near each other or a ray. Moving ones are kept apart from resting ones, so that a search for
-/// pairs costs by the number of those that move.
+/// Which geometries are near each other or a ray. Moving ones are kept apart from resting ones, and whoever asks for
+/// pairs remembers them: a search costs by the number of geometries that left the neighbourhood they were last seen in.
 class BroadPhase {
  public:
   /// A solid half-space dot(normal, p) <= offset, world. It counts as resting.
@@ -22,28 +22,28 @@ class BroadPhase {
 
   /// Tells where the geometry is now.
   void Move(GeometryRow row, const Aabb& box);
-  void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space) {
-    planes_[proxies_[Index(row)].index].half_space = half_space;
-  }
+  void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void SetMoving(GeometryRow row, bool moving);
 
-  /// Calls visit(a, b), in no particular order, once for each pair that may touch and of which one or both move.
+  /// Geometries that came, went, changed sides or left their neighbourhood since the last ForgetFresh().
+  bool IsFresh(GeometryRow row) const { return proxies_[Index(row)].is_fresh; }
+  void ForgetFresh();
+
+  /// Calls visit(a, b), in no particular order, once for each pair of neighbours of which one or both are fresh.
   template <typename Visit>
-  void VisitPairs(Visit&& visit) const {
-    for (GeometryRow row : moving_rows_) {
-      const Aabb& box = proxies_[Index(row)].box;
-      moving_.VisitOverlaps(box, [&](GeometryRow other) {
-        // Each of two moving ones finds the other.
-        if (Index(row) < Index(other) && proxies_[Index(other)].box.Overlaps(box)) visit(row, other);
+  void VisitFreshPairs(Visit&& visit) const {
+    for (GeometryRow row : fresh_rows_) {
+      VisitNeighbours(row, [&](GeometryRow other) {
+        // Each of two fresh ones finds the other.
+        if (other != row && (!IsFresh(other) || Index(row) < Index(other))) visit(row, other);
       });
-      resting_.VisitOverlaps(box, [&](GeometryRow other) {
-        if (proxies_[Index(other)].box.Overlaps(box)) visit(row, other);
-      });
-      for (const Plane& plane : planes_) {
-        if (Reaches(box, plane.half_space)) visit(row, plane.row);
-      }
     }
   }
+
+  /// Whether two that were neighbours still are, if neither is fresh.
+  bool AreNeighbours(GeometryRow a, GeometryRow b) const;
+  /// Whether two neighbours may touch.
+  bool MayTouch(GeometryRow a, GeometryRow b) const;
 
   /// Calls visit(row) for each geometry that the first `fraction` of `ray` may hit; `visit` may lower `fraction`.
   template <typename Visit>
@@ -62,6 +62,7 @@ class BroadPhase {
     AabbTree::Node leaf = AabbTree::kNone;
     uint32_t index = 0;  // in moving_rows_ or planes_
     Kind kind = Kind::kAbsent;
+    bool is_fresh = false;
   };
 
   struct Plane {
@@ -69,8 +70,32 @@ class BroadPhase {
     HalfSpace half_space;
   };
 
+  // Calls visit(row) for all neighbours of `row`, and maybe for itself.
+  template <typename Visit>
+  void VisitNeighbours(GeometryRow row, Visit&& visit) const {
+    const Proxy& proxy = proxies_[Index(row)];
+    if (proxy.kind == Kind::kAbsent) return;
+    if (proxy.kind == Kind::kPlane) {
+      for (GeometryRow other : moving_rows_) {
+        if (Reaches(Neighbourhood(proxies_[Index(other)]), planes_[proxy.index].half_space)) visit(other);
+      }
+      return;
+    }
+    const Aabb& box = Neighbourhood(proxy);
+    moving_.VisitOverlaps(box, visit);
+    if (proxy.kind != Kind::kMoving) return;
+    resting_.VisitOverlaps(box, visit);
+    for (const Plane& plane : planes_) {
+      if (Reaches(box, plane.half_space)) visit(plane.row);
+    }
+  }
+
   static bool Reaches(const Aabb& box, const HalfSpace& half_space);
+  const Aabb& Neighbourhood(const Proxy& proxy) const {
+    return (proxy.kind == Kind::kMoving ? moving_ : resting_).box(proxy.leaf);
+  }
   Proxy& NewProxy(GeometryRow row);
+  void MarkFresh(GeometryRow row);
   void Enter(GeometryRow row, bool moving);
   void Leave(GeometryRow row);
 
@@ -79,6 +104,7 @@ class BroadPhase {
   AabbTree resting_;
   std::vector<GeometryRow> moving_rows_;
   std::vector<Plane> planes_;
+  std::vector<GeometryRow> fresh_rows_;
 };
 
 }  // namespace genphys::ode_backend

@@ -1,7 +1,6 @@
 #include "world.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include "contacts.h"
 #include "library.h"
@@ -90,54 +89,90 @@ void World::Place(const Body& body, const Vector3& position, const Quaternion& o
 void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
   PrepareThread();
   contacts.Clear();
-  candidates_.clear();
-  broad_phase_.VisitPairs([&](GeometryRow a, GeometryRow b) { AddCandidate(rule, a, b); });
-  PutInOrder(rule);
-  for (const Candidate& candidate : candidates_) {
-    const PlacedShape& a = shapes_[Index(candidate.a)];
-    const PlacedShape& b = shapes_[Index(candidate.b)];
+  UpdateNeighbours(rule);
+  for (const Neighbours& pair : neighbours_) {
+    if (!broad_phase_.MayTouch(pair.a, pair.b)) continue;
+    const PlacedShape& a = shapes_[Index(pair.a)];
+    const PlacedShape& b = shapes_[Index(pair.b)];
     const auto first_point = static_cast<uint32_t>(contacts.points.size());
     const uint32_t count = FindPoints(a, b, contacts.points);
     if (count == 0) continue;
     contacts.pairs.push_back({.entity_a = a.entity(),
                               .entity_b = b.entity(),
-                              .geometry_a = candidate.a,
-                              .geometry_b = candidate.b,
-                              .material = rule.Mixed(candidate.a, candidate.b),
-                              .is_sensor = candidate.is_sensor,
+                              .geometry_a = pair.a,
+                              .geometry_b = pair.b,
+                              .material = rule.Mixed(pair.a, pair.b),
+                              .is_sensor = pair.is_sensor,
                               .first_point = first_point,
                               .point_count = count});
   }
 }
 
-void World::AddCandidate(const PairRule& rule, GeometryRow a, GeometryRow b) {
-  const PairRule::Verdict verdict = rule.Decide(a, b);
-  if (verdict == PairRule::Verdict::kIgnore) return;
-  EntityId id_a = body_of(a).id;
-  EntityId id_b = body_of(b).id;
-  if (id_b < id_a) {
-    std::swap(a, b);
-    std::swap(id_a, id_b);
-  }
-  candidates_.push_back({id_a, id_b, a, b, verdict == PairRule::Verdict::kSensor});
+void World::UpdateNeighbours(const PairRule& rule) {
+  std::erase_if(neighbours_, [&](const Neighbours& pair) {
+    return broad_phase_.IsFresh(pair.a) || broad_phase_.IsFresh(pair.b) || !broad_phase_.AreNeighbours(pair.a, pair.b);
+  });
+  new_neighbours_.clear();
+  broad_phase_.VisitFreshPairs([&](GeometryRow a, GeometryRow b) { AddNeighbours(rule, a, b); });
+  broad_phase_.ForgetFresh();
+  if (new_neighbours_.empty()) return;
+  std::sort(new_neighbours_.begin(), new_neighbours_.end());
+  merged_neighbours_.resize(neighbours_.size() + new_neighbours_.size());
+  std::merge(neighbours_.begin(), neighbours_.end(), new_neighbours_.begin(), new_neighbours_.end(),
+             merged_neighbours_.begin());
+  neighbours_.swap(merged_neighbours_);
 }
 
-void World::PutInOrder(const PairRule& rule) {
-  std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& x, const Candidate& y) {
-    if (x.id_a != y.id_a) return x.id_a < y.id_a;
-    if (x.id_b != y.id_b) return x.id_b < y.id_b;
-    return x.a != y.a ? rule.Before(x.a, y.a) : rule.Before(x.b, y.b);
-  });
+void World::AddNeighbours(const PairRule& rule, GeometryRow a, GeometryRow b) {
+  const PairRule::Verdict verdict = rule.Decide(a, b);
+  if (verdict == PairRule::Verdict::kIgnore) return;
+  if (!rule.Before(a, b)) std::swap(a, b);
+  const PairRule::GeometryInfo& info_a = rule.info(a);
+  const PairRule::GeometryInfo& info_b = rule.info(b);
+  new_neighbours_.push_back({info_a.entity_id, info_b.entity_id, info_a.geometry_id, info_b.geometry_id, a, b,
+                             verdict == PairRule::Verdict::kSensor});
 }
 
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) {
   PrepareThread();
-  solver_.Begin(static_cast<uint32_t>(rows.size()), step_size);
-  LoadBodies(rows, state);
+  MarkContacts(contacts, true);
+  solved_rows_.clear();
+  for (EntityRow row : rows) {
+    // What touches nothing needs no solver, and ODE would take more time for it than for all the rest.
+    if (bodies_[Index(row)].has_contact) {
+      solved_rows_.push_back(row);
+    } else {
+      Fly(row, step_size, state);
+    }
+  }
+  MarkContacts(contacts, false);
+  if (solved_rows_.empty()) return;
+  solver_.Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
+  LoadBodies(state);
   LoadContacts(state, contacts);
   solver_.Step();
   StoreImpulses(contacts);
-  StoreBodies(rows, state);
+  StoreBodies(state);
+}
+
+void World::MarkContacts(const ContactBuffer& contacts, bool has_contact) {
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor) continue;
+    bodies_[Index(pair.entity_a)].has_contact = has_contact;
+    bodies_[Index(pair.entity_b)].has_contact = has_contact;
+  }
+}
+
+void World::Fly(EntityRow row, double step_size, StateArrays& state) {
+  const Motion motion = MotionOf(row, state);
+  CheckFinite(motion);
+  const double angle = motion.angular_velocity.norm() * step_size;
+  Quaternion orientation = motion.orientation;
+  if (angle > 0) {
+    const Eigen::AngleAxisd turn(angle, motion.angular_velocity.normalized());
+    orientation = (turn * orientation).normalized();
+  }
+  StorePose(row, motion.position + step_size * motion.linear_velocity, orientation, state);
 }
 
 Motion World::MotionOf(EntityRow row, const StateArrays& state) const {
@@ -148,49 +183,52 @@ Motion World::MotionOf(EntityRow row, const StateArrays& state) const {
           state.linear_velocities.col(column), state.angular_velocities.col(column)};
 }
 
-void World::LoadBodies(std::span<const EntityRow> rows, const StateArrays& state) {
-  for (uint32_t i = 0; i < rows.size(); ++i) {
-    Body& body = bodies_[Index(rows[i])];
+void World::LoadBodies(const StateArrays& state) {
+  for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
+    Body& body = bodies_[Index(solved_rows_[i])];
     body.solved_as = i;
-    const Motion motion = MotionOf(rows[i], state);
+    const Motion motion = MotionOf(solved_rows_[i], state);
     CheckFinite(motion);
     solver_.SetBody(i, body.serial, body.mass, motion);
   }
 }
 
-World::Side World::SideAt(EntityRow row, const Vector3& point, const StateArrays& state) const {
+World::Side World::SideOf(EntityRow row, const StateArrays& state) const {
   const Body& body = bodies_[Index(row)];
   if (body.motion_type == MotionType::kStatic || !body.is_active) return {};
   const Motion motion = MotionOf(row, state);
-  return {body.solved_as, motion.linear_velocity + motion.angular_velocity.cross(point - motion.position)};
+  return {body.solved_as, motion.position, motion.linear_velocity, motion.angular_velocity};
 }
 
-void World::LoadContacts(const StateArrays& state, ContactBuffer& contacts) {
+void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
   solver_.ReserveContacts(contacts.points.size());
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
+    const Side a = SideOf(pair.entity_a, state);
+    const Side b = SideOf(pair.entity_b, state);
+    if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      ContactPoint& point = contacts.points[i];
-      const Side a = SideAt(pair.entity_a, point.position, state);
-      const Side b = SideAt(pair.entity_b, point.position, state);
-      if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
-      // The solver pushes one side away from the other, and the one that it pushes must be movable.
-      const double sign = b.solved_as != kUnsolved ? 1 : -1;
-      const Side& pushed = sign > 0 ? b : a;
-      const Side& other = sign > 0 ? a : b;
-      const bool other_is_solved = other.solved_as != kUnsolved;
-      solver_.AddContact({.body = pushed.solved_as,
-                          .other = other.solved_as,
-                          .position = point.position,
-                          .normal = sign * point.normal,
-                          .depth = point.depth,
-                          .friction = point.friction,
-                          .relative_velocity = pushed.velocity - other.velocity,
-                          .other_velocity = other_is_solved ? Vector3::Zero() : other.velocity});
-      solved_.push_back({i, sign});
+      LoadContact(contacts.points[i], i, a, b);
     }
   }
+}
+
+void World::LoadContact(const ContactPoint& point, uint32_t index, const Side& a, const Side& b) {
+  // The solver pushes one side away from the other, and the one that it pushes must be movable.
+  const double sign = b.solved_as != kUnsolved ? 1 : -1;
+  const Side& pushed = sign > 0 ? b : a;
+  const Side& other = sign > 0 ? a : b;
+  const Vector3 other_velocity = other.VelocityAt(point.position);
+  solver_.AddContact({.body = pushed.solved_as,
+                      .other = other.solved_as,
+                      .position = point.position,
+                      .normal = sign * point.normal,
+                      .depth = point.depth,
+                      .friction = point.friction,
+                      .relative_velocity = pushed.VelocityAt(point.position) - other_velocity,
+                      .other_velocity = other.solved_as == kUnsolved ? other_velocity : Vector3::Zero()});
+  solved_.push_back({index, sign});
 }
 
 void World::StoreImpulses(ContactBuffer& contacts) const {
@@ -202,20 +240,24 @@ void World::StoreImpulses(ContactBuffer& contacts) const {
   }
 }
 
-void World::StoreBodies(std::span<const EntityRow> rows, StateArrays& state) {
-  for (uint32_t i = 0; i < rows.size(); ++i) {
-    Body& body = bodies_[Index(rows[i])];
-    body.solved_as = kUnsolved;
+void World::StoreBodies(StateArrays& state) {
+  for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
+    const EntityRow row = solved_rows_[i];
+    bodies_[Index(row)].solved_as = kUnsolved;
     const Motion motion = solver_.motion(i);
     CheckFinite(motion);
-    const uint32_t column = Index(rows[i]);
-    Pose pose{motion.position, motion.orientation};
-    if (!body.is_centered) pose.position -= pose.orientation * body.mass.center_of_mass;
-    state.set_pose(rows[i], pose);
-    state.linear_velocities.col(column) = motion.linear_velocity;
-    state.angular_velocities.col(column) = motion.angular_velocity;
-    Place(body, pose.position, pose.orientation);
+    state.linear_velocities.col(Index(row)) = motion.linear_velocity;
+    state.angular_velocities.col(Index(row)) = motion.angular_velocity;
+    StorePose(row, motion.position, motion.orientation, state);
   }
+}
+
+void World::StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state) {
+  const Body& body = bodies_[Index(row)];
+  Pose pose{center_of_mass, orientation};
+  if (!body.is_centered) pose.position -= orientation * body.mass.center_of_mass;
+  state.set_pose(row, pose);
+  Place(body, pose.position, pose.orientation);
 }
 
 void World::CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,

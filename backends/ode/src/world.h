@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "broad_phase.h"
@@ -36,35 +37,53 @@ class World final : public BackendWorld {
     MotionType motion_type = MotionType::kStatic;
     bool is_active = false;
     bool is_centered = true;         // the centre of mass is the origin of the entity's frame
+    bool has_contact = false;        // during a solve
     uint32_t solved_as = kUnsolved;  // place in the solver, during a solve
     MassProperties mass;
     std::vector<GeometryRow> geometries;
   };
 
-  struct Candidate {
+  // Two geometries that the rule does not ignore, and that are near each other.
+  struct Neighbours {
     EntityId id_a;  // the smaller
     EntityId id_b;
+    uint32_t geometry_id_a = 0;
+    uint32_t geometry_id_b = 0;
     GeometryRow a{};
     GeometryRow b{};
     bool is_sensor = false;
+
+    // Canonical.
+    bool operator<(const Neighbours& o) const {
+      return std::tie(id_a, id_b, geometry_id_a, geometry_id_b) <
+             std::tie(o.id_a, o.id_b, o.geometry_id_a, o.geometry_id_b);
+    }
   };
 
   // A contact's side as the solver needs it.
   struct Side {
     uint32_t solved_as = kUnsolved;
-    Vector3 velocity = Vector3::Zero();  // at the point, m/s
+    Vector3 center = Vector3::Zero();            // of mass, world
+    Vector3 linear_velocity = Vector3::Zero();   // m/s
+    Vector3 angular_velocity = Vector3::Zero();  // rad/s
+
+    Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
   };
 
   const Body& body_of(GeometryRow row) const { return bodies_[Index(shapes_[Index(row)].entity())]; }
   void Place(const Body& body, const Vector3& position, const Quaternion& orientation);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
-  void AddCandidate(const PairRule& rule, GeometryRow a, GeometryRow b);
-  void PutInOrder(const PairRule& rule);
-  void LoadBodies(std::span<const EntityRow> rows, const StateArrays& state);
-  void LoadContacts(const StateArrays& state, ContactBuffer& contacts);
-  Side SideAt(EntityRow row, const Vector3& point, const StateArrays& state) const;
+  void UpdateNeighbours(const PairRule& rule);
+  void AddNeighbours(const PairRule& rule, GeometryRow a, GeometryRow b);
+  void MarkContacts(const ContactBuffer& contacts, bool has_contact);
+  void LoadBodies(const StateArrays& state);
+  void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
+  void LoadContact(const ContactPoint& point, uint32_t index, const Side& a, const Side& b);
+  Side SideOf(EntityRow row, const StateArrays& state) const;
   void StoreImpulses(ContactBuffer& contacts) const;
-  void StoreBodies(std::span<const EntityRow> rows, StateArrays& state);
+  void StoreBodies(StateArrays& state);
+  void Fly(EntityRow row, double step_size, StateArrays& state);
+  void StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state);
   RayHit CastRay(const PairRule& rule, const Ray& ray, uint64_t collides_with_bits) const;
 
   std::vector<Body> bodies_;         // by entity row
@@ -73,12 +92,17 @@ class World final : public BackendWorld {
   BroadPhase broad_phase_;
   ContactSolver solver_;
 
-  // Kept between calls for their memory only.
+  // In canonical order, as of the last Collide(). What it finds there does not depend on when a pair came in.
+  std::vector<Neighbours> neighbours_;
+
   struct Solved {
     uint32_t point = 0;  // in the contact buffer
     double sign = 1;     // -1 where the solver pushed a instead of b
   };
-  std::vector<Candidate> candidates_;
+  // Kept between calls for their memory only.
+  std::vector<Neighbours> new_neighbours_;
+  std::vector<Neighbours> merged_neighbours_;
+  std::vector<EntityRow> solved_rows_;
   std::vector<Solved> solved_;
 };
 
