@@ -147,6 +147,22 @@ void Serialize(const StateArrays& state, std::string& bytes) {
   out.PutColumn(asleep);
 }
 
+void Serialize(const ContactBuffer& solved, std::string& bytes) {
+  ByteWriter out(bytes);
+  out.Put(uint64_t{solved.pairs.size()});
+  for (const ContactPair& pair : solved.pairs) {
+    for (uint32_t number : {Index(pair.entity_a), Index(pair.entity_b), Index(pair.geometry_a), Index(pair.geometry_b),
+                            pair.point_count}) {
+      out.Put(number);
+    }
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      out.Put(solved.points[i].position);
+      out.Put(solved.points[i].normal_impulse);
+      out.Put(solved.points[i].friction_impulse);
+    }
+  }
+}
+
 uint64_t HashBytes(const std::string& bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 }  // namespace genphys

@@ -112,6 +112,7 @@ uint64_t World::StateHash() const {
   Serialize(scene_, bytes);
   Serialize(state_, bytes);
   Serialize(layer_, bytes);
+  Serialize(solved_, bytes);
   if (engine_ != nullptr) engine_->SaveState(bytes);
   return HashBytes(bytes);
 }
@@ -121,6 +122,7 @@ Status World::Diverged(std::string_view why) {
   // The engine is beyond use after a fault, and its columns were not taken over.
   engine_.reset();
   contacts_.Clear();
+  solved_.Clear();
   return Refuse(Reason::kDiverged, "",
                 Cat("step ", layer_.step + 1, " failed and was undone (", why, "); the world can be read and reset"));
 }
@@ -136,6 +138,7 @@ void World::Reset() {
   initial_.reset();
   entity_count_ = static_cast<uint32_t>(
       std::count_if(scene_.entities.begin(), scene_.entities.end(), [](const auto& e) { return e.has_value(); }));
+  solved_.Clear();
   rule_ = PairRule();
   geometry_rows_.assign(scene_.entities.size(), {});
   for (uint32_t row = 0; row < scene_.entities.size(); ++row) {
@@ -161,6 +164,7 @@ void World::RebuildEngine() {
   std::sort(rows.begin(), rows.end(),
             [&](EntityRow a, EntityRow b) { return state_.ids[Index(a)] < state_.ids[Index(b)]; });
   for (EntityRow row : rows) AddToEngine(row);
+  engine_->Recall(solved_);
 }
 
 bool World::ShouldBeActive(EntityRow entity) const {

@@ -153,6 +153,7 @@ void World::DetachBody(EntityRow entity) {
   active_[row] = false;
   // Contact points name rows that are gone now.
   contacts_.Clear();
+  solved_.Clear();
   contacts_stale_ = true;
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "cat.h"
 #include "event_order.h"
@@ -174,6 +175,7 @@ void StepRun::Substep(double h) {
   MoveKinematic(h);
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
+  std::swap(world_.contacts_, world_.solved_);
   Mark("layer");
   CollideAndWake();
 }

@@ -115,7 +115,7 @@ TEST(DeclaredLimits, AreTheLimitsOfTheModel) {
       {v1::Stepper::descriptor(), "step_size_seconds", L::kStepSizeMin, L::kStepSizeMax},
       {v1::Stepper::descriptor(), "substeps", 1, L::kSubstepsMax},
       {v1::Stepper::descriptor(), "iterations", 1, L::kIterationsMax},
-      {v1::Material::descriptor(), "density", 0, L::kDensityMax},
+      {v1::Material::descriptor(), "density", L::kDensityMin, L::kDensityMax},
       {v1::Material::descriptor(), "friction", 0, L::kFrictionMax},
       {v1::Material::descriptor(), "kinetic_friction", 0, L::kFrictionMax},
       {v1::World::descriptor(), "gravity", -L::kGravityMax, L::kGravityMax},

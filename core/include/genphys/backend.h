@@ -63,6 +63,10 @@ class BackendWorld {
   virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state,
                      ContactBuffer& contacts) = 0;
 
+  /// Impulses that held these contacts at the last solve, by another engine: a start for the next solve here. Called
+  /// once, when all bodies are added; an engine that starts every solve from nothing has no use for it.
+  virtual void Recall(const ContactBuffer& solved) { static_cast<void>(solved); }
+
   /// Closest hit per ray among geometries that `rule` lets a ray with `collides_with_bits` see.
   virtual void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
                         std::span<RayHit> hits) = 0;

@@ -52,7 +52,7 @@ class World {
   const Scene& scene() const { return scene_; }
   const StateArrays& state() const { return state_; }
   const LayerState& layer_state() const { return layer_; }
-  /// Contact points at the current poses, with the impulses of the step that led here where it is known.
+  /// Contact points at the current poses; the next step solves them.
   const ContactBuffer& contacts() const { return contacts_; }
   bool faulted() const { return faulted_; }
   uint32_t entity_count() const { return entity_count_; }
@@ -114,6 +114,7 @@ class World {
   StateArrays state_;
   LayerState layer_;
   ContactBuffer contacts_;
+  ContactBuffer solved_;  // what the last solve left, for another engine to start from
   PairRule rule_;
   std::vector<std::vector<GeometryRow>> geometry_rows_;  // by entity row
   const Backend* backend_ = nullptr;
