@@ -19,13 +19,13 @@ constexpr double kErrorReduction = 0.2;
 // m/s: no overlap is taken away faster. What pushes bodies apart also leaves them with that speed, so that a ball
 // without restitution would hop after every hard landing, and bodies created inside each other would be shot away.
 constexpr double kPushOutSpeedMax = 0.3;
-// Softness of constraints. The exact solver needs more of it, for it divides by what redundant contacts leave over.
-constexpr double kIterativeSoftness = 1e-10;
-constexpr double kDirectSoftness = 1e-7;
+// Softness of a contact, of the inverse of the masses that it moves: the exact solver divides by what redundant
+// contacts leave over. The iterative one needs none, and softness lets a heavy body creep down a slope.
+constexpr double kDirectSoftness = 1e-4;
 // Up to here more iterations than a preset's are nearly free.
 constexpr size_t kFewRows = 200;
 constexpr uint32_t kFewRowsIterations = 50;
-constexpr size_t kDirectRowsMax = 300;
+constexpr size_t kDirectContactsMax = 100;
 // Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
 // it keeps a resting body trembling.
 constexpr double kSlipGate = 0.02 * 9.81;
@@ -65,6 +65,11 @@ void SetFriction(const ContactConstraint& contact, double step_size, dContact& t
   }
 }
 
+void SetSoftness(double softness, dContact& to) {
+  to.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
+  to.surface.soft_cfm = to.surface.slip1 = to.surface.slip2 = softness;
+}
+
 // Carries the body along with another side that moves by itself: a constraint's target velocity says what the velocity
 // of a second body would have.
 void SetOtherVelocity(const ContactConstraint& contact, dContact& to) {
@@ -94,6 +99,7 @@ ContactSolver::ContactSolver(const StepperSettings& settings)
   dWorldSetGravity(world_, 0, 0, 0);
   dWorldSetAutoDisableFlag(world_, 0);
   dWorldSetDamping(world_, 0, 0);
+  dWorldSetCFM(world_, 0);
   dWorldSetERP(world_, kErrorReduction);
   dWorldSetContactSurfaceLayer(world_, kSurfaceLayer);
 }
@@ -130,6 +136,7 @@ void ContactSolver::Grow(uint32_t count) {
     dBodyDisable(body);
     bodies_.push_back(body);
     serials_.push_back(0);
+    inverse_masses_.push_back(0);
   }
 }
 
@@ -138,6 +145,7 @@ void ContactSolver::Shrink(uint32_t count) {
     dBodyDestroy(bodies_.back());
     bodies_.pop_back();
     serials_.pop_back();
+    inverse_masses_.pop_back();
   }
   body_count_ = std::min(body_count_, count);
 }
@@ -148,6 +156,7 @@ void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties
     serials_[body] = 0;
     SetMass(id, mass);
     serials_[body] = serial;
+    inverse_masses_[body] = 1 / mass.mass;
   }
   const Vector3& p = motion.position;
   const Vector3& v = motion.linear_velocity;
@@ -160,6 +169,7 @@ void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties
 
 void ContactSolver::ReserveContacts(size_t count) {
   if (feedback_.size() < count) feedback_.resize(count);
+  is_direct_ = settings_.solver == Solver::kDirect && count <= kDirectContactsMax;
 }
 
 void ContactSolver::AddContact(const ContactConstraint& contact) {
@@ -174,6 +184,7 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   } else {
     ode_contact.geom.depth = std::min(contact.depth, kSurfaceLayer + kPushOutSpeedMax * step_size_ / kErrorReduction);
   }
+  if (is_direct_) SetSoftness(Softness(contact), ode_contact);
   SetFriction(contact, step_size_, ode_contact);
   SetOtherVelocity(contact, ode_contact);
   dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);
@@ -184,21 +195,24 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   row_count_ += contact.friction > 0 ? 3 : 1;
 }
 
+double ContactSolver::Softness(const ContactConstraint& contact) const {
+  double inverse_mass = inverse_masses_[contact.body];
+  if (contact.other != ContactConstraint::kImmovable) inverse_mass += inverse_masses_[contact.other];
+  return kDirectSoftness * step_size_ * inverse_mass;
+}
+
 uint32_t ContactSolver::Iterations() const {
   const bool is_preset = settings_.iterations == kPresetIterations;
   return is_preset && row_count_ <= kFewRows ? kFewRowsIterations : settings_.iterations;
 }
 
 void ContactSolver::Step() {
-  const bool direct = settings_.solver == Solver::kDirect && row_count_ <= kDirectRowsMax;
   dRandSetSeed(seed_);
   is_faulted_ = true;
   int done = 0;
-  if (direct) {
-    dWorldSetCFM(world_, kDirectSoftness);
+  if (is_direct_) {
     done = dWorldStep(world_, step_size_);
   } else {
-    dWorldSetCFM(world_, kIterativeSoftness);
     dWorldSetQuickStepNumIterations(world_, static_cast<int>(Iterations()));
     done = dWorldQuickStep(world_, step_size_);
   }

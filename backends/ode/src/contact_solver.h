@@ -54,7 +54,7 @@ class ContactSolver {
   void Begin(uint32_t count, double step_size);
   /// Each of 0..count-1 must be set. `serial` tells bodies apart whose mass is not the same.
   void SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion);
-  /// At most `count` contacts may be added before the next Begin().
+  /// Tells how many contacts will be added at most; must be called before the first.
   void ReserveContacts(size_t count);
   void AddContact(const ContactConstraint& contact);
   /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
@@ -69,6 +69,7 @@ class ContactSolver {
  private:
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
+  double Softness(const ContactConstraint& contact) const;
   uint32_t Iterations() const;
 
   dxThreadingImplementation* threading_;
@@ -76,12 +77,14 @@ class ContactSolver {
   dxJointGroup* contacts_;
   // ODE walks its bodies from the last created to the first, so that only the number of bodies in use matters.
   std::vector<dxBody*> bodies_;
-  std::vector<uint64_t> serials_;  // whose mass each body has now; zero: nobody's
-  uint32_t body_count_ = 0;        // in use; the others are disabled
+  std::vector<uint64_t> serials_;       // whose mass each body has now; zero: nobody's
+  std::vector<double> inverse_masses_;  // 1/kg
+  uint32_t body_count_ = 0;             // in use; the others are disabled
   std::vector<dJointFeedback> feedback_;
   size_t contact_count_ = 0;
   size_t row_count_ = 0;
   double step_size_ = 0;
+  bool is_direct_ = false;
   StepperSettings settings_;
   uint64_t seed_ = 0;
   bool is_faulted_ = false;

@@ -202,7 +202,9 @@ World::Side World::SideOf(EntityRow row, const StateArrays& state) const {
 
 void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
-  solver_.ReserveContacts(contacts.points.size());
+  size_t count = 0;
+  for (const ContactPair& pair : contacts.pairs) count += pair.is_sensor ? 0 : pair.point_count;
+  solver_.ReserveContacts(count);
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
     const Side a = SideOf(pair.entity_a, state);
