@@ -9,8 +9,9 @@ namespace genphys {
 ///
 /// `kIterative` is its QuickStep. While the preset's 20 iterations are in force and a substep has at most 200
 /// constraint rows (three for each point with friction), it makes 50: so few rows cost next to nothing, and 20 leave
-/// them wavering. `kDirect` is its exact solver, whose cost grows with the cube of the rows: a substep with more than
-/// 300 of them is solved iteratively. `kAutomatic` is `kIterative`.
+/// them wavering. `kDirect` is its exact solver, for great ratios of mass and small stacks; its cost grows with the
+/// cube of the contacts, so a substep with more than 100 points is solved iteratively. `kAutomatic` is `kIterative`,
+/// which is truer where sticking turns into sliding.
 std::unique_ptr<Backend> MakeOdeBackend();
 
 }  // namespace genphys
