@@ -1,0 +1,24 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace genphys {
+
+/// Immutable bytes together with what keeps them alive; copies share them.
+struct Bytes {
+  std::string_view view;
+  std::shared_ptr<const void> owner;
+};
+
+inline Bytes MakeBytes(std::string bytes) {
+  auto owner = std::make_shared<const std::string>(std::move(bytes));
+  return {*owner, owner};
+}
+
+/// One encoded message in pieces that follow each other, so that what many receive is encoded once.
+using EncodedMessage = std::vector<Bytes>;
+
+}  // namespace genphys

@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "genphys/hosting/stamp.h"
+#include "genphys/hosting/subscription.h"
+#include "genphys/hosting/worker_pool.h"
+#include "genphys/v1/frame.pb.h"
+#include "genphys/world.h"
+
+namespace genphys {
+
+class FrameSubscription;
+
+/// The viewers of one world. Newest wins: a viewer that is not done with a frame misses those that come meanwhile, and
+/// is told how many. A frame is encoded once for all who ask for the same columns, and not at all while nobody waits
+/// for it. Viewers never hold up the world. Thread-safe, but Publish() and PublishCurrent() are the world's alone.
+class FrameHub : public std::enable_shared_from_this<FrameHub> {
+ public:
+  /// `call_current` is called, on any thread and with no lock held, when a viewer waits for the frame of the present:
+  /// the world then calls PublishCurrent() soon.
+  FrameHub(WorkerPool& pool, std::function<void()> call_current);
+
+  /// Whether Publish() at `step` would have anything to do; cheap.
+  bool HasViewers() const;
+  /// `world` changed: it is at the step of `stamp` now.
+  void Publish(const World& world, const Stamp& stamp);
+  /// Serves those who wait for the frame of the present.
+  void PublishCurrent(const World& world, const Stamp& stamp);
+  /// Ends all present and future streams with `why`.
+  void End(const Status& why);
+
+  /// Subscribes by an encoded WatchFramesRequest, which is read on a worker.
+  std::shared_ptr<Subscription> Watch(Bytes request);
+
+ private:
+  friend class FrameSubscription;
+
+  // Viewers that want the same columns.
+  struct Layout {
+    std::string key;  // the encoded request
+    v1::FrameRequest request;
+    std::vector<std::weak_ptr<FrameSubscription>> viewers;
+  };
+
+  void Deliver(const World& world, const Stamp& stamp, bool is_new);
+
+  WorkerPool& pool_;
+  const std::function<void()> call_current_;
+  mutable std::mutex mutex_;
+  std::list<Layout> layouts_;
+  std::optional<Status> end_;
+};
+
+}  // namespace genphys

@@ -1,0 +1,50 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "genphys/hosting/bytes.h"
+#include "genphys/status.h"
+
+namespace genphys {
+
+/// The last outcomes of requests that had an id, so that a repeated one is answered and not done again. Beyond its
+/// bounds the oldest outcome is forgotten, and repeating that request does it again; the newest is always kept.
+/// Not thread-safe.
+class ReplyCache {
+ public:
+  static constexpr size_t kRepliesMax = 256;
+  static constexpr size_t kBytesMax = 16 << 20;
+
+  struct Bounds {
+    size_t replies = kRepliesMax;
+    size_t bytes = kBytesMax;
+  };
+  ReplyCache() : ReplyCache(Bounds{}) {}
+  explicit ReplyCache(Bounds bounds) : bounds_(bounds) {}
+
+  /// Identifies what a request asks for: its method and its bytes.
+  static uint64_t Fingerprint(std::string_view method, std::string_view request);
+
+  /// The outcome kept for `id`, INVALID_VALUE if that was of another request, or nothing.
+  std::optional<Result<Bytes>> Find(std::string_view id, uint64_t fingerprint) const;
+  void Keep(std::string_view id, uint64_t fingerprint, Result<Bytes> outcome);
+
+ private:
+  struct Entry {
+    uint64_t fingerprint;
+    Result<Bytes> outcome;
+  };
+  static size_t SizeOf(const Entry& entry);
+
+  Bounds bounds_;
+  size_t bytes_ = 0;
+  std::unordered_map<std::string, Entry> entries_;
+  std::deque<std::string> oldest_first_;
+};
+
+}  // namespace genphys

@@ -1,0 +1,78 @@
+#pragma once
+#include <atomic>
+#include <compare>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "genphys/hosting/reply_cache.h"
+#include "genphys/hosting/worker_pool.h"
+#include "genphys/hosting/world_host.h"
+#include "genphys/v1/world_service.pb.h"
+
+namespace genphys {
+
+/// What tells worlds apart. Owners do not see each other's worlds; the empty one owns all as long as nobody signs in.
+struct WorldKey {
+  std::string owner;
+  std::string name;  // as in "worlds/w"
+  auto operator<=>(const WorldKey&) const = default;
+};
+
+/// All worlds of a server: finds the one that a request is for, makes, lists and ends them. Thread-safe; no call blocks
+/// or does physics.
+class WorldDirectory {
+ public:
+  static constexpr size_t kWorldsMax = 1024;
+
+  /// Makes the world `wanted` under `name`; called on a worker.
+  using HostFactory =
+      std::function<Result<std::shared_ptr<WorldHost>>(const std::string& name, const v1::World& wanted)>;
+
+  /// `pool` outlives the directory. Beyond `worlds_max` worlds CreateWorld is refused with LIMIT_EXCEEDED.
+  WorldDirectory(WorkerPool& pool, HostFactory make_host, size_t worlds_max = kWorldsMax);
+
+  /// Answers an encoded CreateWorldRequest. A repeated request id gets the first reply, however many are under way.
+  void Create(Bytes request, Reply reply);
+  /// Answers an encoded ListWorldsRequest.
+  void List(Bytes request, Reply reply);
+  /// Answers a request to one world, whose name and request id it reads. WORLD_NOT_FOUND if there is none; a request
+  /// that is wrong otherwise is refused for that.
+  void Handle(WorldCall call, Reply reply);
+  /// Subscribes at a world. A stream that cannot be ends at once with the reason.
+  std::shared_ptr<Subscription> Watch(WorldMethod method, Bytes request);
+
+  /// From now on everything is refused with DRAINING, streams end with it, and no world moves by itself. Calls under
+  /// way go on.
+  void Drain();
+
+ private:
+  struct Creation;
+  struct Page;
+
+  std::shared_ptr<WorldHost> Find(const WorldKey& key) const;
+  void MakeWorld(const std::shared_ptr<Creation>& creation);
+  bool Repeats(const std::shared_ptr<Creation>& creation);
+  Status Reserve(Creation& creation);
+  void Unreserve(const WorldKey& key);
+  void FinishCreation(const std::shared_ptr<Creation>& creation, const Result<Bytes>& outcome);
+  Status Unknown(const WorldCall& call) const;
+  void ListPage(const Bytes& request, const Reply& reply);
+
+  WorkerPool& pool_;
+  const HostFactory make_host_;
+  const size_t worlds_max_;
+  std::atomic<bool> draining_ = false;
+  mutable std::mutex mutex_;
+  std::map<WorldKey, std::shared_ptr<WorldHost>> worlds_;  // null: being made
+  ReplyCache created_;
+  std::unordered_map<std::string, std::shared_ptr<Creation>> being_created_;  // by request id
+};
+
+}  // namespace genphys

@@ -1,0 +1,67 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "genphys/hosting/bytes.h"
+#include "genphys/hosting/subscription.h"
+#include "genphys/status.h"
+
+namespace genphys {
+
+/// The requests that one world answers. CreateWorld and ListWorlds are the directory's.
+enum class WorldMethod : uint8_t {
+  kGetWorld,
+  kDeleteWorld,
+  kResetWorld,
+  kPlayWorld,
+  kPauseWorld,
+  kCreateEntity,
+  kDeleteEntity,
+  kApplyForce,
+  kGetEntity,
+  kListEntities,
+  kListJoints,
+  kStep,
+  kCastRays,
+  kWatchEvents,
+  kWatchFrames,
+};
+
+/// One request on its way to a world.
+struct WorldCall {
+  WorldMethod method{};
+  Bytes request;           // encoded
+  std::string request_id;  // as in the request; empty: none
+  /// Work stops at the next step boundary after it.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  /// Set by the caller when nobody waits any more; work stops at the next step boundary. Null: never.
+  std::shared_ptr<const std::atomic<bool>> cancelled;
+
+  /// CANCELLED, DEADLINE_EXCEEDED, or OK while somebody waits for the reply.
+  Status CheckWanted() const;
+};
+
+/// Called once with the encoded reply or why there is none, on any thread.
+using Reply = std::function<void(Result<Bytes>)>;
+
+/// One world as the front sees it, wherever it lives: encoded requests in, encoded replies and streams out. Decoding,
+/// validation and encoding happen on the world's side. Thread-safe; no call blocks or does physics.
+class WorldHost {
+ public:
+  virtual ~WorldHost() = default;
+
+  /// Answers `call`. Calls take effect in the order in which they are made, except kGetWorld, which does not wait for a
+  /// Step that is under way. kDeleteWorld ends the world and its streams; calls that are not answered yet are refused.
+  virtual void Handle(WorldCall call, Reply reply) = 0;
+
+  /// Subscribes by an encoded WatchEventsRequest or WatchFramesRequest; a bad one ends the stream with the refusal.
+  virtual std::shared_ptr<Subscription> Watch(WorldMethod method, Bytes request) = 0;
+
+  /// Ends every stream with `why` and stops the world from moving by itself.
+  virtual void Drain(Status why) = 0;
+};
+
+}  // namespace genphys

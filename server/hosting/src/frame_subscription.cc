@@ -1,0 +1,105 @@
+#include "frame_subscription.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "genphys/hosting/world_methods.h"
+#include "genphys/v1/simulation_service.pb.h"
+#include "wire_format.h"
+
+namespace genphys {
+namespace {
+
+v1::FrameRequest PosesOfAll() {
+  v1::FrameRequest request;
+  request.set_poses(true);
+  return request;
+}
+
+// WatchFramesResponse{frame}: `frame` is shared by many, the number of skipped frames is each viewer's own and is
+// appended to the frame as the last of its fields.
+EncodedMessage FrameMessage(const Bytes& frame, uint64_t skipped) {
+  std::string tail;
+  if (skipped > 0) AppendVarintField(v1::Frame::kSkippedFramesFieldNumber, skipped, tail);
+  std::string head;
+  AppendFieldHeader(v1::WatchFramesResponse::kFrameFieldNumber, frame.view.size() + tail.size(), head);
+  EncodedMessage message{MakeBytes(std::move(head)), frame};
+  if (!tail.empty()) message.push_back(MakeBytes(std::move(tail)));
+  return message;
+}
+
+}  // namespace
+
+void FrameSubscription::Open(const Bytes& request) {
+  v1::WatchFramesRequest message;
+  const Status status = DecodeRequest(request, &message);
+  bool waits = false;
+  {
+    const std::lock_guard lock(hub_->mutex_);
+    if (!end_ && hub_->end_) end_ = hub_->end_;
+    if (!end_ && !status.ok()) end_ = status;
+    if (!end_) {
+      if (message.has_every_nth_step()) every_nth_step_ = message.every_nth_step();
+      const v1::FrameRequest frame = message.has_frame() ? message.frame() : PosesOfAll();
+      const std::string key = frame.SerializeAsString();
+      auto layout = std::find_if(hub_->layouts_.begin(), hub_->layouts_.end(),
+                                 [&](const FrameHub::Layout& other) { return other.key == key; });
+      if (layout == hub_->layouts_.end()) layout = hub_->layouts_.insert(layout, {key, frame, {}});
+      layout->viewers.push_back(weak_from_this());
+      open_ = true;
+    }
+    Settle();
+    waits = WaitsForCurrent();
+  }
+  if (waits) hub_->call_current_();
+}
+
+void FrameSubscription::Next(Receiver receiver) {
+  bool waits = false;
+  {
+    const std::lock_guard lock(hub_->mutex_);
+    receiver_ = std::move(receiver);
+    if (newest_) HandOn();
+    Settle();
+    waits = WaitsForCurrent();
+  }
+  if (waits) hub_->call_current_();
+}
+
+void FrameSubscription::Cancel() {
+  const std::lock_guard lock(hub_->mutex_);
+  end_ = absl::CancelledError("the subscriber is gone");
+  Settle();
+}
+
+bool FrameSubscription::Offer(uint64_t step) {
+  if (end_ || step % every_nth_step_ != 0) return false;
+  ++frames_due_;
+  if (receiver_ || every_nth_step_ > 1) return true;
+  // Whoever wants every step is served with the present when it comes back, and nothing is encoded before.
+  wants_current_ = true;
+  return false;
+}
+
+void FrameSubscription::Take(const Bytes& frame) {
+  newest_ = frame;
+  wants_current_ = false;
+  if (receiver_) HandOn();
+}
+
+void FrameSubscription::HandOn() {
+  // The first frame is that of the present, which was not due for anybody.
+  const uint64_t skipped = frames_due_ - std::min(frames_due_, frames_seen_ + 1);
+  frames_seen_ = frames_due_;
+  hub_->pool_.Post(
+      [receiver = std::exchange(receiver_, nullptr), frame = *std::exchange(newest_, std::nullopt), skipped] {
+        receiver({FrameMessage(frame, skipped), absl::OkStatus()});
+      });
+}
+
+void FrameSubscription::Settle() {
+  if (!receiver_ || !end_) return;
+  hub_->pool_.Post([receiver = std::exchange(receiver_, nullptr), end = *end_] { receiver({std::nullopt, end}); });
+}
+
+}  // namespace genphys

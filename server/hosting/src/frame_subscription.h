@@ -1,0 +1,46 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "genphys/hosting/frame_hub.h"
+
+namespace genphys {
+
+/// One viewer. The hub's mutex guards its state.
+class FrameSubscription final : public Subscription, public std::enable_shared_from_this<FrameSubscription> {
+ public:
+  explicit FrameSubscription(std::shared_ptr<FrameHub> hub) : hub_(std::move(hub)) {}
+
+  /// Decodes the request and joins its layout; a bad one ends the stream.
+  void Open(const Bytes& request);
+
+  void Next(Receiver receiver) override;
+  void Cancel() override;
+
+ private:
+  friend class FrameHub;
+
+  // These are called with the hub's mutex held.
+
+  /// A frame of `step` came to be. True if this viewer needs it encoded.
+  bool Offer(uint64_t step);
+  /// True if this viewer waits for the frame of the present.
+  bool WaitsForCurrent() const { return receiver_ && open_ && !end_ && wants_current_; }
+  /// Takes the encoded frame: hands it on if somebody waits, else keeps it as the newest.
+  void Take(const Bytes& frame);
+  void HandOn();
+  void Settle();
+
+  const std::shared_ptr<FrameHub> hub_;
+  uint64_t every_nth_step_ = 1;
+  bool open_ = false;
+  Receiver receiver_;  // set: somebody waits
+  std::optional<Status> end_;
+  bool wants_current_ = true;    // what it has not seen is what the world is like now
+  std::optional<Bytes> newest_;  // kept for a viewer that leaves out steps, for the world may have gone past it
+  uint64_t frames_due_ = 0;      // since it joined
+  uint64_t frames_seen_ = 0;     // of those: seen or replaced by a newer one
+};
+
+}  // namespace genphys

@@ -1,0 +1,286 @@
+#include "hosted_world.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "genphys/wire/decode.h"
+#include "genphys/wire/encode.h"
+#include "page_token.h"
+
+namespace genphys {
+namespace {
+
+// A refusal of the only command of a batch, told by the path of the request's own field. `inner` is how the command
+// names the part that the request has.
+Status AboutRequest(const Status& status, std::string_view inner, std::string_view outer) {
+  const std::optional<Refusal> refusal = RefusalOf(status);
+  if (!refusal || !refusal->field.starts_with(inner)) return status;
+  std::string field(outer);
+  std::string_view rest = std::string_view(refusal->field).substr(inner.size());
+  if (field.empty() && rest.starts_with('.')) rest.remove_prefix(1);
+  field += rest;
+  return Refuse(refusal->reason, field, MessageOf(status));
+}
+
+// The place in a list of entities: which epoch, and after which id.
+struct EntityPlace {
+  uint64_t epoch = 0;
+  uint64_t id = 0;
+};
+
+std::string ToText(const EntityPlace& place) { return std::to_string(place.epoch) + ' ' + std::to_string(place.id); }
+
+std::optional<EntityPlace> PlaceOf(std::string_view token) {
+  const std::optional<std::string> text = DecodePageToken(token);
+  if (!text) return std::nullopt;
+  EntityPlace place;
+  const char* const end = text->data() + text->size();
+  const auto epoch = std::from_chars(text->data(), end, place.epoch);
+  if (epoch.ec != std::errc() || epoch.ptr == end || *epoch.ptr != ' ') return std::nullopt;
+  const auto id = std::from_chars(epoch.ptr + 1, end, place.id);
+  if (id.ec != std::errc() || id.ptr != end) return std::nullopt;
+  return place;
+}
+
+// The first `count` ids above `after`, ascending, and one more if there are more.
+std::vector<EntityId> IdsAfter(const StateArrays& state, EntityId after, size_t count) {
+  std::vector<EntityId> ids;
+  std::copy_if(state.ids.begin(), state.ids.end(), std::back_inserter(ids), [&](EntityId id) { return id > after; });
+  const auto end = ids.begin() + static_cast<std::ptrdiff_t>(std::min(ids.size(), count + 1));
+  std::partial_sort(ids.begin(), end, ids.end());
+  ids.erase(end, ids.end());
+  return ids;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<HostedWorld>> HostedWorld::Create(const BackendRegistry& registry, WorkerPool& pool,
+                                                         const std::string& name, const v1::World& wanted,
+                                                         std::string_view default_engine,
+                                                         std::function<void()> call_current) {
+  const Result<WorldDesc> desc = DecodeWorld(wanted, default_engine);
+  if (!desc.ok()) return WithFieldPrefix(desc.status(), "world");
+  Result<std::unique_ptr<World>> world = World::Create(registry, *desc);
+  if (!world.ok()) return WithFieldPrefix(world.status(), "world");
+  return std::unique_ptr<HostedWorld>(
+      new HostedWorld(pool, name, *std::move(world), wanted.record_state_hash(), std::move(call_current)));
+}
+
+HostedWorld::HostedWorld(WorkerPool& pool, std::string name, std::unique_ptr<World> world, bool record_state_hash,
+                         std::function<void()> call_current)
+    : name_(std::move(name)),
+      record_state_hash_(record_state_hash),
+      world_(std::move(world)),
+      events_(std::make_shared<EventLog>(pool, stamp())),
+      frames_(std::make_shared<FrameHub>(pool, std::move(call_current))) {
+  Publish();
+}
+
+Stamp HostedWorld::stamp() {
+  if (record_state_hash_ && !state_hash_) state_hash_ = world_->StateHash();
+  return {world_->layer_state().step, world_->layer_state().simulation_time, epoch_, state_hash_};
+}
+
+v1::World::State HostedWorld::state() const {
+  if (faulted()) return v1::World::STATE_FAULTED;
+  return pace_ ? v1::World::STATE_PLAYING : v1::World::STATE_PAUSED;
+}
+
+std::shared_ptr<const EventChunk> HostedWorld::PublishEvents() {
+  state_hash_.reset();
+  std::vector<Event> events = world_->TakeEvents();
+  if (events.empty()) return nullptr;
+  auto chunk = std::make_shared<const EventChunk>(stamp(), std::move(events));
+  events_->Append(chunk->stamp(), chunk);
+  return chunk;
+}
+
+std::shared_ptr<const EventChunk> HostedWorld::Publish() {
+  auto chunk = PublishEvents();
+  if (chunk == nullptr) events_->Append(stamp(), nullptr);
+  if (frames_->HasViewers()) frames_->Publish(*world_, stamp());
+  return chunk;
+}
+
+Status HostedWorld::CheckUsable() const {
+  if (!faulted()) return absl::OkStatus();
+  return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read, reset and deleted");
+}
+
+Status HostedWorld::CheckSteppable() const {
+  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  if (!pace_) return absl::OkStatus();
+  return Refuse(Reason::kWorldNotPaused, "", "the world plays: pause it before it is stepped");
+}
+
+Result<std::vector<EntityId>> HostedWorld::Apply(std::span<const Command> commands) {
+  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  return world_->Apply(commands);
+}
+
+Status HostedWorld::Step(std::optional<double> step_size) {
+  if (world_->layer_state().step == 0) {
+    events_->MarkBeginning();
+    has_beginning_ = true;
+  }
+  return world_->Step(step_size);
+}
+
+Result<EntityId> HostedWorld::ApplyOne(Command command, std::string_view inner, std::string_view outer) {
+  const Result<std::vector<EntityId>> created = Apply({&command, 1});
+  Publish();
+  if (!created.ok()) return AboutRequest(created.status(), inner, outer);
+  return created->front();
+}
+
+Result<v1::CreateEntityResponse> HostedWorld::CreateEntity(const v1::CreateEntityRequest& request) {
+  Result<genphys::CreateEntity> command = DecodeCreate(request.entity());
+  if (!command.ok()) return WithFieldPrefix(command.status(), "entity");
+  const Result<EntityId> id = ApplyOne(*std::move(command), "commands[0].create_entity", "");
+  if (!id.ok()) return id.status();
+  v1::CreateEntityResponse response;
+  EncodeEntity(*id, *world_->Describe(*id), response.mutable_entity());
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::DeleteEntityResponse> HostedWorld::DeleteEntity(const v1::DeleteEntityRequest& request) {
+  const genphys::DeleteEntity command{EntityId::FromPacked(request.entity_id())};
+  const Result<EntityId> done = ApplyOne(command, "commands[0].delete_entity", "");
+  if (!done.ok()) return done.status();
+  v1::DeleteEntityResponse response;
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::ApplyForceResponse> HostedWorld::ApplyForce(const v1::ApplyForceRequest& request) {
+  const Result<genphys::ApplyForce> command = DecodeForce(request.force());
+  if (!command.ok()) return WithFieldPrefix(command.status(), "force");
+  const Result<EntityId> done = ApplyOne(*command, "commands[0].apply_force", "force");
+  if (!done.ok()) return done.status();
+  v1::ApplyForceResponse response;
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::GetEntityResponse> HostedWorld::GetEntity(const v1::GetEntityRequest& request) {
+  const EntityId id = EntityId::FromPacked(request.entity_id());
+  const Result<EntityDesc> desc = world_->Describe(id);
+  if (!desc.ok()) return desc.status();
+  v1::GetEntityResponse response;
+  EncodeEntity(id, *desc, response.mutable_entity());
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitiesRequest& request) {
+  EntityPlace place{epoch_, 0};
+  if (!request.page_token().empty()) {
+    const std::optional<EntityPlace> given = PlaceOf(request.page_token());
+    if (!given || given->epoch != epoch_) {
+      return Refuse(Reason::kInvalidValue, "page_token",
+                    "page_token is not of this list: pages go on only until the world is reset");
+    }
+    place = *given;
+  }
+  const size_t count = PageSize(request.page_size());
+  std::vector<EntityId> ids = IdsAfter(world_->state(), EntityId::FromPacked(place.id), count);
+  v1::ListEntitiesResponse response;
+  if (ids.size() > count) {
+    ids.resize(count);
+    response.set_next_page_token(EncodePageToken(ToText({epoch_, ids.back().packed()})));
+  }
+  for (const EntityId id : ids) EncodeEntity(id, *world_->Describe(id), response.add_entities());
+  stamp().Encode(response.mutable_stamp());
+  response.set_last_sequence(events_->last_sequence());
+  return response;
+}
+
+Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsRequest& request) {
+  if (!request.page_token().empty()) {
+    return Refuse(Reason::kInvalidValue, "page_token", "page_token is not of this list, which has one page");
+  }
+  // No engine has joints yet, so no command makes one.
+  v1::ListJointsResponse response;
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::CastRaysResponse> HostedWorld::CastRays(const v1::CastRaysRequest& request) {
+  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  const Result<std::vector<Ray>> rays = DecodeRays(request);
+  if (!rays.ok()) return rays.status();
+  const uint64_t bits = request.has_collides_with_bits() ? request.collides_with_bits() : ~uint64_t{0};
+  const Result<std::vector<RayHit>> hits = world_->CastRays(*rays, bits);
+  if (!hits.ok()) return hits.status();
+  v1::CastRaysResponse response;
+  stamp().Encode(response.mutable_stamp());
+  EncodeRayHits(*hits, &response);
+  return response;
+}
+
+Result<v1::GetWorldResponse> HostedWorld::GetWorld(const v1::GetWorldRequest&) {
+  v1::GetWorldResponse response;
+  EncodeWorld(world_->scene().world, name_, state(), response.mutable_world());
+  response.mutable_world()->set_record_state_hash(record_state_hash_);
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::ResetWorldResponse> HostedWorld::ResetWorld(const v1::ResetWorldRequest&) {
+  world_->Reset();
+  Stop();
+  // Without a first step there is no beginning to come back to, and what broke is still broken.
+  if (std::exchange(has_beginning_, false)) broken_ = false;
+  epoch_ = NewEpoch();
+  state_hash_.reset();
+  events_->Restart(stamp());
+  if (frames_->HasViewers()) frames_->Publish(*world_, stamp());
+  v1::ResetWorldResponse response;
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::PlayWorldResponse> HostedWorld::PlayWorld(const v1::PlayWorldRequest& request) {
+  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  const double factor = request.has_real_time_factor() ? request.real_time_factor() : 1;
+  pace_.emplace(factor, world_->layer_state().simulation_time, Pace::Clock::now());
+  v1::PlayWorldResponse response;
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+Result<v1::PauseWorldResponse> HostedWorld::PauseWorld(const v1::PauseWorldRequest&) {
+  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  if (pace_ && pace_->overruns() > 0) {
+    spdlog::info("{} paused; {} of its steps began late", name_, pace_->overruns());
+  }
+  Stop();
+  v1::PauseWorldResponse response;
+  stamp().Encode(response.mutable_stamp());
+  return response;
+}
+
+std::optional<Pace::Clock::time_point> HostedWorld::Play(Pace::Clock::time_point slice_end) {
+  while (pace_ && !faulted()) {
+    const double step_size = world_->scene().world.stepper.step_size;
+    const Pace::Clock::time_point now = Pace::Clock::now();
+    const Pace::Clock::time_point due = pace_->Due(world_->layer_state().simulation_time + step_size);
+    if (due > now) return due;
+    pace_->Begin(due, step_size, now);
+    const Status status = Step(std::nullopt);
+    Publish();
+    if (!status.ok()) {
+      spdlog::error("{} stopped playing: {}", name_, MessageOf(status));
+      Stop();
+      return std::nullopt;
+    }
+    if (Pace::Clock::now() >= slice_end) return Pace::Clock::now();
+  }
+  return std::nullopt;
+}
+
+}  // namespace genphys

@@ -1,0 +1,233 @@
+#include "genphys/hosting/in_process_host.h"
+
+#include <spdlog/spdlog.h>
+
+#include <exception>
+#include <optional>
+#include <utility>
+
+#include "genphys/backend.h"
+#include "genphys/hosting/world_methods.h"
+#include "hosted_world.h"
+#include "step_call.h"
+
+namespace genphys {
+namespace {
+
+Status WorldIsGone(WorldMethod method) {
+  const bool by_name = method <= WorldMethod::kPauseWorld;
+  return Refuse(Reason::kWorldNotFound, by_name ? "name" : "world", "the world was deleted");
+}
+
+template <typename Request, typename Response>
+Result<Bytes> Answer(HostedWorld& hosted, const WorldCall& call,
+                     Result<Response> (HostedWorld::*handle)(const Request&)) {
+  Request request;
+  GENPHYS_RETURN_IF_ERROR(DecodeRequest(call.request, &request));
+  const Result<Response> response = (hosted.*handle)(request);
+  if (!response.ok()) return response.status();
+  return EncodeReply(*response);
+}
+
+Result<Bytes> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
+  switch (call.method) {
+    case WorldMethod::kGetWorld:
+      return Answer(hosted, call, &HostedWorld::GetWorld);
+    case WorldMethod::kResetWorld:
+      return Answer(hosted, call, &HostedWorld::ResetWorld);
+    case WorldMethod::kPlayWorld:
+      return Answer(hosted, call, &HostedWorld::PlayWorld);
+    case WorldMethod::kPauseWorld:
+      return Answer(hosted, call, &HostedWorld::PauseWorld);
+    case WorldMethod::kCreateEntity:
+      return Answer(hosted, call, &HostedWorld::CreateEntity);
+    case WorldMethod::kDeleteEntity:
+      return Answer(hosted, call, &HostedWorld::DeleteEntity);
+    case WorldMethod::kApplyForce:
+      return Answer(hosted, call, &HostedWorld::ApplyForce);
+    case WorldMethod::kGetEntity:
+      return Answer(hosted, call, &HostedWorld::GetEntity);
+    case WorldMethod::kListEntities:
+      return Answer(hosted, call, &HostedWorld::ListEntities);
+    case WorldMethod::kListJoints:
+      return Answer(hosted, call, &HostedWorld::ListJoints);
+    case WorldMethod::kCastRays:
+      return Answer(hosted, call, &HostedWorld::CastRays);
+    case WorldMethod::kDeleteWorld:
+    case WorldMethod::kStep:
+    case WorldMethod::kWatchEvents:
+    case WorldMethod::kWatchFrames:
+      break;
+  }
+  return absl::InternalError("no handler for this method");
+}
+
+}  // namespace
+
+// A call in the mailbox.
+struct InProcessHost::Pending {
+  WorldCall call;
+  Reply reply;
+  size_t bytes = 0;
+  uint64_t fingerprint = 0;
+  std::optional<StepCall> step = std::nullopt;  // set: under way
+};
+
+InProcessHost::InProcessHost(WorkerPool& pool) : pool_(pool), strand_(std::make_shared<Strand>(pool)) {}
+
+InProcessHost::~InProcessHost() = default;
+
+Result<std::shared_ptr<WorldHost>> InProcessHost::Create(const BackendRegistry& registry, WorkerPool& pool,
+                                                         const std::string& name, const v1::World& wanted,
+                                                         std::string_view default_engine) {
+  std::shared_ptr<InProcessHost> host(new InProcessHost(pool));
+  const auto call_current = [weak = host->weak_from_this()] {
+    if (const auto self = weak.lock()) self->strand_->PostUrgent([self] { self->PublishCurrent(); });
+  };
+  try {
+    auto hosted = HostedWorld::Create(registry, pool, name, wanted, default_engine, call_current);
+    if (!hosted.ok()) return hosted.status();
+    host->hosted_ = *std::move(hosted);
+  } catch (const std::exception& exception) {
+    return absl::InternalError(std::string("the world cannot be made: ") + exception.what());
+  }
+  return host;
+}
+
+void InProcessHost::Handle(WorldCall call, Reply reply) {
+  if (call.method == WorldMethod::kDeleteWorld) {
+    if (closing_.exchange(true)) return reply(WorldIsGone(call.method));
+    return strand_->PostUrgent([self = shared_from_this(), reply = std::move(reply)] { self->Close(reply); });
+  }
+  const size_t bytes = call.request.view.size();
+  const size_t calls_before = waiting_calls_.fetch_add(1);
+  const size_t bytes_before = waiting_bytes_.fetch_add(bytes);
+  auto pending = std::make_shared<Pending>(Pending{std::move(call), std::move(reply), bytes});
+  if (calls_before >= kMailboxCallsMax || bytes_before + bytes > kMailboxBytesMax) {
+    return Finish(*pending, Refuse(Reason::kLimitExceeded, "", "too many requests wait for this world"));
+  }
+  if (pending->call.method == WorldMethod::kGetWorld) {
+    strand_->PostUrgent([self = shared_from_this(), pending] { self->Serve(*pending); });
+  } else {
+    strand_->Post([self = shared_from_this(), pending] { return self->Serve(*pending); });
+  }
+}
+
+std::shared_ptr<Subscription> InProcessHost::Watch(WorldMethod method, Bytes request) {
+  if (method == WorldMethod::kWatchFrames) return hosted_->frames()->Watch(std::move(request));
+  return hosted_->events()->Watch(std::move(request));
+}
+
+void InProcessHost::Drain(Status why) {
+  strand_->PostUrgent([self = shared_from_this(), why] {
+    self->hosted_->Stop();
+    self->hosted_->events()->End(why);
+    self->hosted_->frames()->End(why);
+  });
+}
+
+void InProcessHost::Finish(Pending& pending, const Result<Bytes>& outcome) {
+  waiting_calls_.fetch_sub(1);
+  waiting_bytes_.fetch_sub(pending.bytes);
+  pending.call.request = {};
+  pending.reply(outcome);
+}
+
+Progress InProcessHost::Serve(Pending& pending) {
+  try {
+    if (closing_) {
+      Finish(pending, WorldIsGone(pending.call.method));
+      return Progress::kDone;
+    }
+    if (!pending.step) {
+      if (const std::optional<Result<Bytes>> repeated = FindReply(pending)) {
+        Finish(pending, *repeated);
+        return Progress::kDone;
+      }
+    }
+    return pending.call.method == WorldMethod::kStep ? ServeStep(pending) : ServeShort(pending);
+  } catch (const EngineFault& fault) {
+    Finish(pending, Broken(Refuse(Reason::kDiverged, "", std::string("the engine failed: ") + fault.what())));
+  } catch (const std::exception& exception) {
+    Finish(pending, Broken(absl::InternalError(std::string("the request failed: ") + exception.what())));
+  }
+  return Progress::kDone;
+}
+
+std::optional<Result<Bytes>> InProcessHost::FindReply(Pending& pending) {
+  const WorldCall& call = pending.call;
+  if (call.request_id.empty()) return std::nullopt;
+  pending.fingerprint = ReplyCache::Fingerprint(InfoOf(call.method).name, call.request.view);
+  return replies_.Find(call.request_id, pending.fingerprint);
+}
+
+void InProcessHost::KeepReply(const Pending& pending, const Result<Bytes>& outcome) {
+  if (!pending.call.request_id.empty()) replies_.Keep(pending.call.request_id, pending.fingerprint, outcome);
+}
+
+Progress InProcessHost::ServeShort(Pending& pending) {
+  const Status wanted = pending.call.CheckWanted();
+  const Result<Bytes> outcome = wanted.ok() ? AnswerAny(*hosted_, pending.call) : wanted;
+  if (outcome.ok()) KeepReply(pending, outcome);
+  if (outcome.ok() && pending.call.method == WorldMethod::kPlayWorld) PostPlay(++play_generation_);
+  Finish(pending, outcome);
+  return Progress::kDone;
+}
+
+Progress InProcessHost::ServeStep(Pending& pending) {
+  if (!pending.step) pending.step.emplace(*hosted_, pending.call);
+  const std::optional<Result<Bytes>> outcome = pending.step->Advance(std::chrono::steady_clock::now() + kSlice);
+  if (!outcome) return Progress::kAgain;
+  // A call that stopped half way must not be done again by a retry either.
+  if (outcome->ok() || pending.step->has_effect()) KeepReply(pending, *outcome);
+  Finish(pending, *outcome);
+  return Progress::kDone;
+}
+
+Status InProcessHost::Broken(const Status& why) {
+  hosted_->Break();
+  spdlog::error("a world is faulted: {}", MessageOf(why));
+  return why;
+}
+
+void InProcessHost::PostPlay(uint64_t generation) {
+  strand_->Post([self = shared_from_this(), generation] {
+    self->Play(generation);
+    return Progress::kDone;
+  });
+}
+
+void InProcessHost::Play(uint64_t generation) {
+  if (closing_ || generation != play_generation_) return;
+  try {
+    const auto now = std::chrono::steady_clock::now();
+    const auto next = hosted_->Play(now + kSlice);
+    if (!next) return;
+    if (*next <= std::chrono::steady_clock::now()) return PostPlay(generation);
+    pool_.PostAt(*next, [weak = weak_from_this(), generation] {
+      if (const auto self = weak.lock()) self->PostPlay(generation);
+    });
+  } catch (const std::exception& exception) {
+    Broken(absl::InternalError(std::string("a step failed: ") + exception.what())).IgnoreError();
+    hosted_->Stop();
+  }
+}
+
+void InProcessHost::PublishCurrent() {
+  try {
+    hosted_->frames()->PublishCurrent(hosted_->world(), hosted_->stamp());
+  } catch (const std::exception& exception) {
+    spdlog::error("no frame can be made: {}", exception.what());
+  }
+}
+
+void InProcessHost::Close(const Reply& reply) {
+  v1::DeleteWorldResponse response;
+  hosted_->stamp().Encode(response.mutable_stamp());
+  hosted_->Stop();
+  hosted_->events()->End(absl::OkStatus());
+  hosted_->frames()->End(absl::OkStatus());
+  reply(EncodeReply(response));
+}
+
+}  // namespace genphys

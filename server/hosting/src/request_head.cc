@@ -1,0 +1,83 @@
+#include "genphys/hosting/request_head.h"
+
+#include <google/protobuf/descriptor.h>
+
+#include <algorithm>
+
+namespace genphys {
+namespace {
+
+enum WireType : uint32_t { kVarint = 0, kFixed64 = 1, kLengthDelimited = 2, kFixed32 = 5 };
+
+// Takes a varint off the front of `bytes`; nothing when it is cut off or longer than ten bytes.
+std::optional<uint64_t> TakeVarint(std::string_view& bytes) {
+  constexpr size_t kVarintBytesMax = 10;
+  uint64_t value = 0;
+  for (size_t i = 0; i < std::min(bytes.size(), kVarintBytesMax); ++i) {
+    const auto byte = static_cast<unsigned char>(bytes[i]);
+    value |= uint64_t{byte & 0x7fu} << (7 * i);
+    if ((byte & 0x80u) == 0) {
+      bytes.remove_prefix(i + 1);
+      return value;
+    }
+  }
+  return std::nullopt;
+}
+
+// Takes the payload of a field off the front of `bytes`; nothing when it is cut off or of a type that proto3 lacks.
+std::optional<std::string_view> TakePayload(uint32_t wire_type, std::string_view& bytes) {
+  uint64_t size = 0;
+  switch (wire_type) {
+    case kVarint:
+      return TakeVarint(bytes) ? std::optional<std::string_view>("") : std::nullopt;
+    case kFixed64:
+      size = 8;
+      break;
+    case kFixed32:
+      size = 4;
+      break;
+    case kLengthDelimited: {
+      const std::optional<uint64_t> length = TakeVarint(bytes);
+      if (!length) return std::nullopt;
+      size = *length;
+      break;
+    }
+    default:
+      return std::nullopt;
+  }
+  if (size > bytes.size()) return std::nullopt;
+  const std::string_view payload = bytes.substr(0, size);
+  bytes.remove_prefix(size);
+  return payload;
+}
+
+}  // namespace
+
+RequestHeadFields RequestHeadFields::Of(const google::protobuf::Descriptor& request) {
+  RequestHeadFields fields;
+  const google::protobuf::FieldDescriptor* world = request.FindFieldByName("world");
+  if (world == nullptr) world = request.FindFieldByName("name");
+  if (world != nullptr) fields.world = static_cast<uint32_t>(world->number());
+  const google::protobuf::FieldDescriptor* id = request.FindFieldByName("request_id");
+  if (id != nullptr) fields.request_id = static_cast<uint32_t>(id->number());
+  return fields;
+}
+
+std::optional<RequestHead> ScanRequestHead(const RequestHeadFields& fields, std::string_view bytes) {
+  RequestHead head;
+  while (!bytes.empty()) {
+    const std::optional<uint64_t> tag = TakeVarint(bytes);
+    if (!tag || *tag > UINT32_MAX) return std::nullopt;
+    const auto number = static_cast<uint32_t>(*tag >> 3);
+    const auto wire_type = static_cast<uint32_t>(*tag & 7);
+    const std::optional<std::string_view> payload = TakePayload(wire_type, bytes);
+    if (number == 0 || !payload) return std::nullopt;
+    if (wire_type != kLengthDelimited) continue;
+    // A field that comes twice counts as the last one, as it does for every decoder.
+    if (number == fields.world) head.world = *payload;
+    if (number == fields.request_id) head.request_id = *payload;
+  }
+  return head;
+}
+
+}  // namespace genphys

@@ -1,0 +1,101 @@
+#include "step_call.h"
+
+#include <string>
+#include <utility>
+
+#include "genphys/hosting/world_methods.h"
+#include "genphys/wire/decode.h"
+#include "genphys/wire/encode.h"
+
+namespace genphys {
+
+std::optional<Result<Bytes>> StepCall::Advance(std::chrono::steady_clock::time_point slice_end) {
+  if (!begun_) {
+    begun_ = true;
+    if (const Status status = Begin(); !status.ok()) return status;
+  }
+  while (steps_done_ < steps_wanted_) {
+    if (const Status status = call_.CheckWanted(); !status.ok()) return Failed(status);
+    std::optional<double> step_size;
+    if (request_.has_step_size_seconds()) step_size = request_.step_size_seconds();
+    const Status status = hosted_.Step(step_size);
+    Collect(hosted_.Publish());
+    if (!status.ok()) return Failed(status);
+    has_effect_ = true;
+    ++steps_done_;
+    if (steps_done_ < steps_wanted_ && std::chrono::steady_clock::now() >= slice_end) return std::nullopt;
+  }
+  return Finish();
+}
+
+Status StepCall::Begin() {
+  GENPHYS_RETURN_IF_ERROR(call_.CheckWanted());
+  GENPHYS_RETURN_IF_ERROR(DecodeRequest(call_.request, &request_));
+  call_.request = {};
+  steps_wanted_ = request_.has_steps() ? request_.steps() : 1;
+  if (steps_wanted_ > 0) GENPHYS_RETURN_IF_ERROR(hosted_.CheckSteppable());
+  const uint64_t step = hosted_.world().layer_state().step;
+  if (request_.has_expected_step() && request_.expected_step() != step) {
+    return Refuse(Reason::kStepMismatch, "expected_step", "the world is at step " + std::to_string(step));
+  }
+  first_sequence_ = hosted_.events()->last_sequence() + 1;
+  hosted_.world().set_record_stats(request_.stats());
+  Result<std::vector<Command>> commands = DecodeCommands(request_.commands());
+  if (!commands.ok()) return commands.status();
+  const Result<std::vector<EntityId>> created = hosted_.Apply(*commands);
+  if (!created.ok()) {
+    hosted_.Publish();
+    return created.status();
+  }
+  for (const EntityId id : *created) response_.add_results()->set_created_id(id.packed());
+  if (commands->empty()) return absl::OkStatus();
+  has_effect_ = true;
+  request_.clear_commands();
+  // With steps to come, viewers need no frame of the state between.
+  Collect(steps_wanted_ == 0 ? hosted_.Publish() : hosted_.PublishEvents());
+  return absl::OkStatus();
+}
+
+Status StepCall::Failed(const Status& status) const {
+  std::string message = MessageOf(status) + "; of this call stay done: its commands and " +
+                        std::to_string(steps_done_) + " of " + std::to_string(steps_wanted_) +
+                        " steps, which led to step " + std::to_string(hosted_.world().layer_state().step);
+  if (const std::optional<Refusal> refusal = RefusalOf(status)) return Refuse(refusal->reason, refusal->field, message);
+  return Status(status.code(), message);
+}
+
+void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {
+  if (chunk == nullptr || !request_.has_events() || chunk_bytes_ > kEventBytesMax) return;
+  chunk_bytes_ += chunk->bytes();
+  chunks_.push_back(std::move(chunk));
+}
+
+Bytes StepCall::Finish() {
+  const Stamp stamp = hosted_.stamp();
+  stamp.Encode(response_.mutable_stamp());
+  if (request_.has_frame()) {
+    EncodeFrame(hosted_.world(), request_.frame(), response_.stamp(), response_.mutable_frame());
+  }
+  if (request_.has_events()) EncodeEvents(response_.mutable_events());
+  if (request_.stats() && steps_done_ > 0) EncodeStats(hosted_.world().stats(), response_.mutable_stats());
+  return EncodeReply(response_);
+}
+
+void StepCall::EncodeEvents(v1::EventBatch* batch) {
+  const EventFilter filter(request_.events());
+  batch->set_first_sequence(first_sequence_);
+  batch->set_last_sequence(first_sequence_ - 1);
+  size_t bytes = 0;
+  for (const auto& chunk : chunks_) {
+    for (const Event& event : chunk->events()) {
+      if (bytes > kEventBytesMax) return;
+      batch->set_last_sequence(event.sequence);
+      if (!filter.Matches(event)) continue;
+      v1::Event* const message = batch->add_events();
+      EncodeEvent(event, message, filter.contact_points());
+      bytes += message->ByteSizeLong();
+    }
+  }
+}
+
+}  // namespace genphys

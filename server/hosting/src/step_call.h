@@ -1,0 +1,47 @@
+#pragma once
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "genphys/hosting/world_host.h"
+#include "hosted_world.h"
+
+namespace genphys {
+
+/// A Step request under way: its commands, then its steps, in slices.
+class StepCall {
+ public:
+  /// Most bytes of events in a reply. Beyond it they end early, as last_sequence tells; WatchEvents has the rest.
+  static constexpr size_t kEventBytesMax = 16 << 20;
+
+  StepCall(HostedWorld& hosted, WorldCall call) : hosted_(hosted), call_(std::move(call)) {}
+
+  /// Goes on until the call is done or `slice_end` is reached, one step at least. The reply, once there is one. What
+  /// was done before an error stays done, and the message of the error says how far that is.
+  std::optional<Result<Bytes>> Advance(std::chrono::steady_clock::time_point slice_end);
+
+  /// Whether it changed the world.
+  bool has_effect() const { return has_effect_; }
+
+ private:
+  Status Begin();
+  Status Failed(const Status& status) const;
+  void Collect(std::shared_ptr<const EventChunk> chunk);
+  Bytes Finish();
+  void EncodeEvents(v1::EventBatch* batch);
+
+  HostedWorld& hosted_;
+  WorldCall call_;
+  v1::StepRequest request_;
+  v1::StepResponse response_;
+  bool begun_ = false;
+  bool has_effect_ = false;
+  uint32_t steps_wanted_ = 0;
+  uint32_t steps_done_ = 0;
+  uint64_t first_sequence_ = 0;
+  std::vector<std::shared_ptr<const EventChunk>> chunks_;
+  size_t chunk_bytes_ = 0;
+};
+
+}  // namespace genphys

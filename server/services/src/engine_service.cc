@@ -1,0 +1,61 @@
+#include "engine_service.h"
+
+#include <algorithm>
+#include <string>
+
+#include "genphys/wire/encode.h"
+#include "genphys/wire/validate_limits.h"
+#include "transport.h"
+
+namespace genphys {
+
+EngineService::EngineService(const BackendRegistry& registry) {
+  for (const auto& backend : registry.backends()) EncodeEngine(backend->capabilities(), &engines_.emplace_back());
+  std::sort(engines_.begin(), engines_.end(), [](const auto& a, const auto& b) { return a.name() < b.name(); });
+}
+
+grpc::ServerUnaryReactor* EngineService::ListEngines(grpc::CallbackServerContext* context,
+                                                     const v1::ListEnginesRequest* request,
+                                                     v1::ListEnginesResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  reactor->Finish(ToGrpcStatus(List(*request, response)));
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* EngineService::GetEngine(grpc::CallbackServerContext* context,
+                                                   const v1::GetEngineRequest* request,
+                                                   v1::GetEngineResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  reactor->Finish(ToGrpcStatus(Get(*request, response)));
+  return reactor;
+}
+
+Status EngineService::List(const v1::ListEnginesRequest& request, v1::ListEnginesResponse* response) const {
+  GENPHYS_RETURN_IF_ERROR(ValidateLimits(request));
+  // A page goes on after the engine that its token names.
+  auto engine = engines_.begin();
+  if (!request.page_token().empty()) {
+    engine = std::find_if(engines_.begin(), engines_.end(),
+                          [&](const v1::Engine& other) { return other.name() == request.page_token(); });
+    if (engine == engines_.end()) {
+      return Refuse(Reason::kInvalidValue, "page_token", "page_token is none of this server's");
+    }
+    ++engine;
+  }
+  const int page_size = request.page_size() > 0 ? request.page_size() : static_cast<int>(engines_.size());
+  while (engine != engines_.end() && response->engines_size() < page_size) *response->add_engines() = *engine++;
+  if (engine != engines_.end()) response->set_next_page_token(std::prev(engine)->name());
+  return absl::OkStatus();
+}
+
+Status EngineService::Get(const v1::GetEngineRequest& request, v1::GetEngineResponse* response) const {
+  GENPHYS_RETURN_IF_ERROR(ValidateLimits(request));
+  for (const v1::Engine& engine : engines_) {
+    if (engine.name() != request.name()) continue;
+    *response->mutable_engine() = engine;
+    return absl::OkStatus();
+  }
+  return Refuse(Reason::kInvalidValue, "name", "this server has no engine " + request.name());
+}
+
+}  // namespace genphys

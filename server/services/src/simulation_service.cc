@@ -1,0 +1,57 @@
+#include "simulation_service.h"
+
+#include "transport.h"
+
+namespace genphys {
+
+grpc::ServerUnaryReactor* SimulationService::CreateEntity(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kCreateEntity, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::DeleteEntity(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kDeleteEntity, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::ApplyForce(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kApplyForce, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::GetEntity(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kGetEntity, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::ListEntities(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kListEntities, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::ListJoints(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kListJoints, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::Step(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                                  grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kStep, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::CastRays(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return UnaryCall::ToWorld(directory_, WorldMethod::kCastRays, context, request, response);
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::WatchEvents(grpc::CallbackServerContext*,
+                                                                           const grpc::ByteBuffer* request) {
+  return new MessageStream(directory_.Watch(WorldMethod::kWatchEvents, ToBytes(*request)));
+}
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::WatchFrames(grpc::CallbackServerContext*,
+                                                                           const grpc::ByteBuffer* request) {
+  return new MessageStream(directory_.Watch(WorldMethod::kWatchFrames, ToBytes(*request)));
+}
+
+}  // namespace genphys

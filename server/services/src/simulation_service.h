@@ -1,0 +1,48 @@
+#pragma once
+#include "calls.h"
+#include "genphys/v1/simulation_service.grpc.pb.h"
+
+namespace genphys {
+
+using RawSimulationService =
+    v1::SimulationService::WithRawCallbackMethod_CreateEntity<v1::SimulationService::WithRawCallbackMethod_DeleteEntity<
+        v1::SimulationService::WithRawCallbackMethod_ApplyForce<v1::SimulationService::WithRawCallbackMethod_GetEntity<
+            v1::SimulationService::WithRawCallbackMethod_ListEntities<
+                v1::SimulationService::WithRawCallbackMethod_ListJoints<
+                    v1::SimulationService::WithRawCallbackMethod_Step<
+                        v1::SimulationService::WithRawCallbackMethod_CastRays<
+                            v1::SimulationService::WithRawCallbackMethod_WatchEvents<
+                                v1::SimulationService::WithRawCallbackMethod_WatchFrames<
+                                    v1::SimulationService::Service>>>>>>>>>>;
+
+/// Hands encoded requests to worlds, and encoded replies and streams back.
+class SimulationService final : public RawSimulationService {
+ public:
+  explicit SimulationService(WorldDirectory& directory) : directory_(directory) {}
+
+  grpc::ServerUnaryReactor* CreateEntity(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* DeleteEntity(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ApplyForce(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetEntity(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListEntities(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListJoints(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                 grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* CastRays(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchEvents(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchFrames(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request) override;
+
+ private:
+  WorldDirectory& directory_;
+};
+
+}  // namespace genphys
