@@ -1,0 +1,46 @@
+#include "genphys/backends/ballistic.h"
+#include "world.h"
+
+namespace genphys {
+namespace ballistic_backend {
+namespace {
+
+uint32_t SubstepsOf(Quality quality) {
+  switch (quality) {
+    case Quality::kFast:
+      return 1;
+    case Quality::kBalanced:
+      return 2;
+    case Quality::kAccurate:
+      return 4;
+  }
+  return 1;
+}
+
+class BallisticBackend final : public Backend {
+ public:
+  const Capabilities& capabilities() const override { return capabilities_; }
+
+  StepperSettings Resolve(const StepperDesc& stepper) const override {
+    // Nothing is iterated, so one round is all there is to choose.
+    return {.solver = Solver::kIterative,
+            .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
+            .iterations = stepper.iterations.value_or(1)};
+  }
+
+  std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings&) const override { return std::make_unique<World>(); }
+
+  Status SelfTest() const override { return Status(); }
+
+ private:
+  // Neither contacts, rays nor sensors. Without planes a world gets no floor that would hold nothing.
+  const Capabilities capabilities_{
+      "ballistic", "1", {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule, Feature::kShapeCylinder}};
+};
+
+}  // namespace
+}  // namespace ballistic_backend
+
+std::unique_ptr<Backend> MakeBallisticBackend() { return std::make_unique<ballistic_backend::BallisticBackend>(); }
+
+}  // namespace genphys
