@@ -1,12 +1,14 @@
 // The crate and the ball: a crate stands on the floor, a ball falls onto it, and what happens is told and checked.
 //
 //   crate_and_ball [--address 127.0.0.1:50051] [--engine ode] [--x 0.7]
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "genphys/client/client.h"
 
@@ -87,7 +89,7 @@ class Story {
         "A crate of 1 m and 1 kg stands on the floor. A ball of radius 0.5 m and 1 kg hangs at x = %g m, "
         "z = %g m,\nand is let go.\n\n",
         start_x_, kStartHeight);
-    Play(predicted.time + 10);
+    Play(predicted.time + 10, /*until_asleep=*/false);
     if (!touched_at_) {
       Check(false, "the ball touched something");
       return 1;
@@ -100,7 +102,7 @@ class Story {
       CheckThatItStaysOnTop();
     } else {
       CheckThatItRollsOnTheFloor(predicted.ending == Ending::kOverTheEdge);
-      CheckThatItFallsAsleepWhenDamped();
+      if (!asleep_) CheckThatItFallsAsleepWhenDamped();
     }
     std::printf("\n%s\n", all_good_ ? "Everything came out as it should." : "Something is not as it should be.");
     return all_good_ ? 0 : 1;
@@ -108,10 +110,10 @@ class Story {
 
  private:
   // Steps for `duration` seconds, a tenth of a second per call, and tells each event.
-  void Play(double duration) {
+  void Play(double duration, bool until_asleep) {
     constexpr uint32_t kStepsPerCall = 24;
     const double until = stamp_.simulation_time + duration;
-    while (stamp_.simulation_time < until && !asleep_) {
+    while (stamp_.simulation_time < until && !(until_asleep && asleep_)) {
       client::StepResult result = Must(world_.Step(kStepsPerCall));
       stamp_ = result.stamp;
       frame_ = std::move(result.frame);
@@ -127,20 +129,20 @@ class Story {
       std::printf("%8.4f s  the %s no longer touches the %s\n", time, Name(ended->pair.b), Name(ended->pair.a));
     } else if (const auto* slept = std::get_if<EntitySlept>(&event.kind)) {
       std::printf("%8.4f s  the %s falls asleep\n", time, Name(slept->id));
-      asleep_ = asleep_ || slept->id == ball_;
+      if (slept->id == ball_) asleep_ = true;
     } else if (const auto* woke = std::get_if<EntityWoke>(&event.kind)) {
       std::printf("%8.4f s  the %s wakes up\n", time, Name(woke->id));
+      if (woke->id == ball_) asleep_ = false;
     }
   }
 
   void TellContact(double time, const ContactBegan& contact) {
-    double impulse = 0, speed = 0;
+    double speed = 0;
     for (const EventContactPoint& point : contact.points) {
-      impulse += point.normal_impulse;
       speed = std::max(speed, -point.relative_velocity.dot(point.normal));
     }
-    std::printf("%8.4f s  the %s touches the %s: %zu point(s), coming at %.3f m/s, impulse %.3f N*s\n", time,
-                Name(contact.pair.b), Name(contact.pair.a), contact.points.size(), speed, impulse);
+    std::printf("%8.4f s  the %s touches the %s in %zu point(s), coming at %.3f m/s\n", time, Name(contact.pair.b),
+                Name(contact.pair.a), contact.points.size(), speed);
     const bool is_ball = contact.pair.a == ball_ || contact.pair.b == ball_;
     if (is_ball && !touched_at_) touched_at_ = time;
   }
@@ -193,7 +195,7 @@ class Story {
     damp.fields.Add(EntityField::kAngularDamping);
     const Command command = damp;
     Must(world_.Apply({&command, 1}));
-    Play(30);
+    Play(30, /*until_asleep=*/true);
     Check(asleep_, "it has come to rest at x = %.3f m", frame_.positions()(0, BallRow()));
   }
 
