@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import weakref
 from typing import Any
 
 import grpc
@@ -28,19 +29,28 @@ _OPTIONS: list[tuple[str, int]] = [
 
 
 class Connection:
-    """One server as seen through gRPC. Safe to use from several threads."""
+    """One server as seen through gRPC. Safe to use from several threads. Keeps `keep_alive` from being collected."""
 
-    def __init__(self, address: str, timeout: float) -> None:
+    def __init__(self, address: str, timeout: float, keep_alive: object = None) -> None:
         self.address = address
+        self._keep_alive = keep_alive
         self.timeout = timeout
-        self.closed = False
         self._channel = grpc.insecure_channel(address, options=_OPTIONS)
         # Streams are read by the caller's own thread: ten times as many messages per second as through gRPC's
         # default, a thread per stream. The option belongs to a channel and does not suit concurrent unary calls.
         self._stream_channel = grpc.insecure_channel(
             address, options=[*_OPTIONS, (ChannelOptions.SingleThreadedUnaryStream, 1)]
         )
+        self._streams: weakref.WeakSet[Any] = weakref.WeakSet()
+        # Finalizers run in reverse order at exit, so a private server ends after its connections, whose open streams
+        # would keep it waiting.
+        self._finalizer = weakref.finalize(self, _close, self._streams, (self._channel, self._stream_channel))
         self._calls = {name: self._callable(method) for name, method in METHODS.items()}
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return not self._finalizer.alive
 
     def call(self, method: str, request: Any, timeout: float | None = None) -> Any:
         """Makes one unary call.
@@ -67,16 +77,17 @@ class Connection:
         self._check_open()
         return self._calls[method](request, timeout=timeout)
 
+    def keep(self, stream: Any) -> None:
+        """Closes `stream` with the connection, unless it is gone by then."""
+        self._streams.add(stream)
+
     def first_message_timeout(self) -> float:
         """Returns how long a stream may take to send its first message, in seconds."""
         return self.timeout if math.isfinite(self.timeout) else DEFAULT_TIMEOUT_SECONDS
 
     def close(self) -> None:
-        """Ends all calls and closes the channels; may be called again."""
-        if not self.closed:
-            self.closed = True
-            self._channel.close()
-            self._stream_channel.close()
+        """Ends all streams and calls and closes the channels; may be called again."""
+        self._finalizer()
 
     def _callable(self, method: Any) -> Any:
         channel = self._stream_channel if method.server_streaming else self._channel
@@ -94,6 +105,25 @@ class Connection:
     def _check_open(self) -> None:
         if self.closed:
             raise _closed(self.address)
+
+
+def finish(call: Any) -> None:
+    """Takes what an ended stream still has to tell gRPC; only one thread may read the call.
+
+    A stream that is read by its caller's thread is torn down by it too. grpcio before its own event engine keeps the
+    connection open until then, so that a server cannot end in peace, and has no public name for taking what is left.
+    """
+    state, consume = getattr(call, "_state", None), getattr(call, "_consume_next_event", None)
+    if consume is not None:
+        while getattr(state, "due", None):
+            consume()
+
+
+def _close(streams: weakref.WeakSet[Any], channels: tuple[Any, ...]) -> None:
+    for stream in list(streams):
+        stream.close()
+    for channel in channels:
+        channel.close()
 
 
 def _closed(address: str) -> errors.CancelledError:

@@ -12,6 +12,7 @@ import tempfile
 import time
 import weakref
 
+from ._connection import Connection
 from .errors import LaunchError
 
 ENVIRONMENT_VARIABLE = "GENPHYS_SERVER"
@@ -19,7 +20,8 @@ ENVIRONMENT_VARIABLE = "GENPHYS_SERVER"
 _BINARY = "genphysd"
 _CHECKOUT_BINARY = pathlib.Path(__file__).resolve().parents[3] / "build" / "release" / "bin" / _BINARY
 _READY = b"genphysd listening on "
-_GRACE_SECONDS = 5.0
+# genphysd promises to end within 5 s of a signal.
+_GRACE_SECONDS = 7.0
 _LOG_TAIL_BYTES = 2000
 _READ_BYTES = 4096
 
@@ -80,6 +82,10 @@ class ServerProcess:
     def pid(self) -> int:
         """The process id."""
         return self._process.pid
+
+    def connect(self, timeout: float) -> Connection:
+        """Returns a connection that keeps this server alive."""
+        return Connection(self.address, timeout, keep_alive=self)
 
     def end(self) -> None:
         """Ends the server gracefully, or by force after some seconds. May be called again."""

@@ -19,12 +19,9 @@ _PAGE_SIZE = 1000
 class Server:
     """A connection to one server; ends it too if `launch` started it. Use it in a `with`, or call `close()`."""
 
-    def __init__(
-        self, connection: Connection, process: ServerProcess | None = None, default_engine: str | None = None
-    ) -> None:
+    def __init__(self, connection: Connection, process: ServerProcess | None = None) -> None:
         self._connection = connection
         self._process = process
-        self._default_engine = default_engine
 
     @property
     def address(self) -> str:
@@ -86,7 +83,7 @@ class Server:
 
         Args:
             name: As in "lab"; empty: the server finds one.
-            engine: As in "ode"; "none": nothing moves until one is set.
+            engine: As in "ode"; None is the server's default; "none": nothing moves until one is set.
             gravity: m/s^2; None is (0, 0, -9.80665).
             ground_plane: Whether there is an infinite floor at z = 0; None is yes.
             step_size: Seconds of one step; None is 1/60.
@@ -110,7 +107,6 @@ class Server:
             UnsupportedFeatureError: the engine lacks a required feature.
             GenphysError: something else was refused; `field` says what.
         """
-        chosen = engine or self._default_engine
         defaults = wire.WorldDefaults(
             material=_encode.material(
                 friction=friction, kinetic_friction=kinetic_friction, restitution=restitution, density=density
@@ -120,7 +116,7 @@ class Server:
         )
         description = wire.World(
             name=_encode.resource("worlds", name) if name else "",
-            engine=_encode.resource("engines", chosen) if chosen else "",
+            engine=_encode.resource("engines", engine) if engine else "",
             gravity=None if gravity is None else _encode.vector(gravity, "gravity"),
             stepper=_encode.stepper(step_size, quality, solver, substeps, iterations),
             defaults=defaults,
@@ -203,10 +199,10 @@ def launch(
     Raises:
         LaunchError: there is no genphysd, or it did not start; the message says what to do.
     """
-    process = ServerProcess(find_server(binary), list(arguments), start_timeout)
+    options = [*([] if engine is None else ["--default-engine", engine]), *arguments]
+    process = ServerProcess(find_server(binary), options, start_timeout)
     try:
-        connection = Connection(process.address, timeout)
-        return Server(connection, process, engine)
+        return Server(process.connect(timeout), process)
     except BaseException:
         process.end()
         raise

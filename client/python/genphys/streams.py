@@ -12,7 +12,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, Union
 import grpc
 
 from . import errors, events
-from ._connection import Connection
+from ._connection import Connection, finish
 from ._contract import wire
 from .frame import DeltaMerger, Frame, RowsCache
 
@@ -47,8 +47,11 @@ class Stream(Generic[Item]):
         self._ends_at = None if duration is None else time.monotonic() + duration
         self._ready: collections.deque[Item] = collections.deque()
         self._closed = False
+        self._reading = threading.Lock()
         self._call: Any = None
-        self._subscribe()
+        connection.keep(self)
+        with self._reading:
+            self._subscribe()
 
     def __iter__(self) -> Iterator[Item]:
         return self
@@ -69,12 +72,19 @@ class Stream(Generic[Item]):
     def close(self) -> None:
         """Ends the stream; a thread that waits in it gets StopIteration. May be called again."""
         self._closed = True
-        if self._call is not None:
-            self._call.cancel()
+        if self._call is None:
+            return
+        self._call.cancel()
+        # A thread that is reading finishes the call itself.
+        if self._reading.acquire(blocking=False):
+            try:
+                finish(self._call)
+            finally:
+                self._reading.release()
 
     def __del__(self) -> None:
         if getattr(self, "_call", None) is not None:
-            self._call.cancel()
+            self.close()
 
     def _request(self) -> Any:
         raise NotImplementedError
@@ -84,21 +94,26 @@ class Stream(Generic[Item]):
 
     def _receive(self) -> None:
         """Reads one message, coming back first if the connection is lost."""
-        if self._closed:
-            raise StopIteration
-        try:
-            self._take(next(self._call))
-        except grpc.RpcError as error:
-            if self._closed or self._is_over(error):
-                raise StopIteration from None
-            if error.code() != grpc.StatusCode.UNAVAILABLE:
-                raise errors.from_rpc_error(error) from None
-            self._resubscribe(errors.from_rpc_error(error))
+        with self._reading:
+            if self._closed:
+                raise StopIteration
+            try:
+                self._take(next(self._call))
+            except grpc.RpcError as error:
+                finish(self._call)
+                if self._closed or self._is_over(error):
+                    raise StopIteration from None
+                if error.code() != grpc.StatusCode.UNAVAILABLE:
+                    raise errors.from_rpc_error(error) from None
+                self._resubscribe(errors.from_rpc_error(error))
 
     def _subscribe(self) -> None:
         """Starts the call and waits for its first message, so that nothing after this moment is missed."""
         remaining = None if self._ends_at is None else max(self._ends_at - time.monotonic(), 0.0)
         self._call = self._connection.stream(self._method, self._request(), timeout=remaining)
+        if self._closed:
+            # Closed by another thread, which did not know of this call yet.
+            self._call.cancel()
         late = threading.Event()
         watchdog = threading.Timer(self._connection.first_message_timeout(), _cancel_late, (self._call, late))
         watchdog.daemon = True
@@ -106,6 +121,7 @@ class Stream(Generic[Item]):
         try:
             self._take(next(self._call))
         except grpc.RpcError as error:
+            finish(self._call)
             if late.is_set():
                 code = grpc.StatusCode.DEADLINE_EXCEEDED
                 raise errors.DeadlineExceededError(f"{self._method} sent no first message", code=code) from None

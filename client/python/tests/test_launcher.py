@@ -85,7 +85,7 @@ def test_close_ends_the_server_and_may_be_called_again(tmp_path):
     binary = program(
         tmp_path / "genphysd", f"echo $* > {tmp_path}/arguments", 'echo "genphysd listening on $2"', "exec sleep 60"
     )
-    server = genphys.launch(binary=binary, arguments=["--isolate", "none"])
+    server = genphys.launch(binary=binary, engine="bullet", arguments=["--workers", "1"])
     pid = server._process.pid
     folder = server.address.removeprefix("unix:").removesuffix("/socket")
     assert os.path.isdir(folder)
@@ -97,5 +97,5 @@ def test_close_ends_the_server_and_may_be_called_again(tmp_path):
         os.kill(pid, 0)
     assert not os.path.exists(folder)
     assert (tmp_path / "arguments").read_text().strip() == (
-        f"--listen unix:{folder}/socket --exit-with-parent --isolate none"
+        f"--listen unix:{folder}/socket --exit-with-parent --default-engine bullet --workers 1"
     )
