@@ -1,0 +1,13 @@
+#pragma once
+#include <memory>
+
+#include "genphys/backend.h"
+
+namespace genphys {
+
+/// Bullet 3 in double precision: closest features and box tests of its narrow phase, its bounding volume trees and its
+/// sequential impulse solver, driven in canonical order. Contacts are a function of the poses alone; only the impulses
+/// that warm-start the solver are carried from one solve to the next.
+std::unique_ptr<Backend> MakeBulletBackend();
+
+}  // namespace genphys

@@ -1,0 +1,73 @@
+#pragma once
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <memory>
+#include <vector>
+
+#include "genphys/backend.h"
+#include "shapes.h"
+
+class btDbvt;
+struct btDbvtNode;
+
+namespace genphys::bullet_backend {
+
+struct Body;
+
+/// One geometry where it now is. It never changes its address, for the trees point to it.
+struct PlacedGeometry {
+  Body* body = nullptr;
+  GeometryRow row{};
+  uint32_t id = 0;  // unique in its body
+  Pose pose_in_entity;
+  CollisionShape collision;
+  Placement placement;
+  Bounds bounds;
+  btDbvt* tree = nullptr;  // that its leaf is in
+  btDbvtNode* leaf = nullptr;
+
+  bool is_plane() const { return std::holds_alternative<Plane>(collision.shape); }
+};
+
+/// What the solver found for a body.
+struct SolvedMotion {
+  Vector3 linear_velocity = Vector3::Zero();
+  Vector3 angular_velocity = Vector3::Zero();
+  // On top of the velocities, for this step's move alone: takes deep overlaps apart.
+  Vector3 push = Vector3::Zero();
+  Vector3 turn = Vector3::Zero();
+};
+
+/// One entity's body.
+struct Body {
+  EntityRow row{};
+  EntityId id;
+  MotionType motion_type = MotionType::kStatic;
+  bool is_active = true;
+  bool is_moved = false;     // its geometries are not yet where its pose says
+  uint64_t solve_stamp = 0;  // of the last solve that moved it
+  uint64_t touch_stamp = 0;  // of the last solve that had a contact of it
+  Pose pose;
+  Vector3 center_of_mass = Vector3::Zero();      // in the entity's frame
+  Matrix3 principal_axes = Matrix3::Identity();  // in the entity's frame, as columns
+  std::unique_ptr<btRigidBody> rigid;            // as the solver sees it; none for static bodies
+  SolvedMotion motion;
+  std::vector<PlacedGeometry> geometries;
+
+  Body(const BodyDesc& desc, const StateArrays& state);
+  Body(const Body&) = delete;
+  Body& operator=(const Body&) = delete;
+
+  bool is_moving() const { return is_active && motion_type != MotionType::kStatic; }
+
+  /// Takes over the pose of its row. Throws EngineFault if it is not finite.
+  void TakePose(const StateArrays& state);
+
+  /// Brings its geometries to its pose.
+  void PlaceGeometries();
+
+  /// Gives the solver pose and velocity of its row.
+  void LoadRigid(const StateArrays& state);
+};
+
+}  // namespace genphys::bullet_backend

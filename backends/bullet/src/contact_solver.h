@@ -1,0 +1,57 @@
+#pragma once
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <vector>
+
+#include "body.h"
+#include "genphys/contact.h"
+#include "warm_start.h"
+
+namespace genphys::bullet_backend {
+
+/// Bullet's sequential impulse solver for contacts between bodies. All pairs of a step form one group: what its rows do
+/// to each other is the same as if every island were solved alone, and so is the result.
+class ContactSolver final : private btSequentialImpulseConstraintSolver {
+ public:
+  ContactSolver();
+
+  void SetIterations(uint32_t iterations) { info_.m_numIterations = static_cast<int>(iterations); }
+
+  /// Empties the group. Impulses to start from are multiplied by `warm_scale`.
+  void Begin(double warm_scale);
+
+  /// Adds a body, dynamic or kinematic, whose `rigid` is loaded. Each one that a pair names must be added, and once.
+  void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
+
+  /// Adds a pair; null is a side that cannot be moved. The first of `warm_impulses` are where its points start from.
+  void AddPair(Body* a, Body* b, std::span<const ContactPoint> points, std::span<const PointImpulse> warm_impulses);
+
+  /// Solves for a step of `step_size` seconds and writes what came out into the bodies' `motion`.
+  void Solve(double step_size);
+
+  /// Fills the impulses of the points of the pair that was added as number `index`.
+  void TakeImpulses(size_t index, std::span<ContactPoint> points) const;
+
+  BT_DECLARE_ALIGNED_ALLOCATOR();
+
+ private:
+  // Adds to Bullet's that friction also starts from what it was.
+  void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
+  // Replaces Bullet's, which would also move the bodies, in its own way.
+  btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
+                                         const btContactSolverInfo& info) override;
+
+  btContactSolverInfo info_;
+  double warm_scale_ = 1;
+  btRigidBody fixed_;
+  std::vector<btCollisionObject*> bodies_;
+  // Kept from step to step for their memory; the first pair_count_ are in use.
+  std::vector<btPersistentManifold> manifolds_;
+  std::vector<btPersistentManifold*> manifold_pointers_;
+  size_t pair_count_ = 0;
+};
+
+}  // namespace genphys::bullet_backend

@@ -1,0 +1,61 @@
+#pragma once
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
+
+#include <array>
+#include <memory>
+
+#include "convert.h"
+#include "genphys/shape.h"
+
+namespace genphys::bullet_backend {
+
+/// m: pairs with a larger gap have no contact point.
+inline constexpr double kContactGap = 2e-3;
+
+/// m: by this much the boxes of Bullet's box test are larger than the true ones on each side, so that it also sees
+/// boxes that touch without overlap.
+inline constexpr double kBoxPadding = 2.5e-4;
+
+/// A shape and what Bullet needs to collide it.
+struct CollisionShape {
+  Shape shape;
+  /// For closest features; without a margin, which would round edges off. None for spheres and planes.
+  std::unique_ptr<btConvexInternalShape> core;
+  /// For the box test; boxes only.
+  std::unique_ptr<btBoxShape> padded;
+
+  explicit CollisionShape(const Shape& described);
+};
+
+/// Axis-aligned box in the world.
+struct Bounds {
+  Vector3 min = Vector3::Zero();
+  Vector3 max = Vector3::Zero();
+
+  bool Overlaps(const Bounds& o) const {
+    return (min.array() <= o.max.array()).all() && (o.min.array() <= max.array()).all();
+  }
+};
+
+/// Smallest bounds of `shape`, widened by half of the contact gap on every side. A plane has none.
+Bounds BoundsOf(const Shape& shape, const Placement& placement);
+
+/// The face, edge or corner with which a convex solid meets what lies in one direction: a polygon with its outward
+/// normal, a segment, or a point. World coordinates.
+struct SurfaceFeature {
+  static constexpr int kVerticesMax = 8;
+  std::array<Vector3, kVerticesMax> vertices;
+  int count = 0;
+  Vector3 normal = Vector3::Zero();  // of a polygon
+
+  bool is_polygon() const { return count > 2; }
+  void Add(const Vector3& vertex) { vertices[static_cast<size_t>(count++)] = vertex; }
+};
+
+/// Of a sphere, box, capsule or cylinder; the end of a cylinder is given as a polygon with `rim_vertices` corners, one
+/// of which lies farthest in `direction` (unit length).
+SurfaceFeature SupportFeature(const Shape& shape, const Placement& placement, const Vector3& direction,
+                              int rim_vertices);
+
+}  // namespace genphys::bullet_backend

@@ -1,0 +1,54 @@
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "broad_phase.h"
+#include "contacts.h"
+#include "genphys/contact.h"
+
+namespace genphys::bullet_backend {
+
+/// What a contact point passed on to b, N*s, world.
+struct PointImpulse {
+  double normal = 0;                   // along the normal
+  Vector3 friction = Vector3::Zero();  // across it
+};
+
+/// What the last solve left of a pair, for the next one to start from.
+struct PairMemory {
+  PlacedGeometry* a = nullptr;
+  PlacedGeometry* b = nullptr;
+  size_t count = 0;
+  std::array<Vector3, Meeting::kPointsMax> places;  // of the points in the frame of the side that can move
+  std::array<PointImpulse, Meeting::kPointsMax> impulses;
+};
+
+/// The impulses by which contacts are recognised from step to step: all that this adapter remembers.
+class WarmStart {
+ public:
+  /// Starts a new list of pairs; those of the last one are what is recognised.
+  void Begin();
+
+  /// Adds the next pair, in canonical order, with impulses from where its points were before.
+  void Add(const CandidatePair& pair, std::span<const ContactPoint> points);
+
+  void Forget(const Body& body);
+
+  /// By what to multiply the impulses of the last step for one of `step_size` seconds: they grow with the time.
+  double ScaleTo(double step_size);
+
+  /// Appends all that the next solve depends on.
+  void Save(std::string& bytes) const;
+
+  std::span<PairMemory> pairs() { return pairs_; }
+
+ private:
+  std::vector<PairMemory> pairs_;
+  std::vector<PairMemory> before_;
+  size_t next_before_ = 0;
+  double step_size_ = 0;  // s, of the last solve; zero before the first
+};
+
+}  // namespace genphys::bullet_backend

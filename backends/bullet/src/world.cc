@@ -1,0 +1,192 @@
+#include "world.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "rays.h"
+
+namespace genphys::bullet_backend {
+namespace {
+
+// Turn by a constant angular velocity, exact however fast: Bullet's own stops at an eighth of a circle.
+Quaternion TurnBy(const Vector3& turn) {
+  const double angle = turn.norm();
+  // At smaller angles the quotient is a half to the last bit, and at zero it is undefined.
+  const double scale = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
+  return {std::cos(angle / 2), scale * turn.x(), scale * turn.y(), scale * turn.z()};
+}
+
+std::span<ContactPoint> PointsOf(const ContactPair& pair, ContactBuffer& contacts) {
+  return std::span(contacts.points).subspan(pair.first_point, pair.point_count);
+}
+
+}  // namespace
+
+void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
+  const auto row = Index(desc.row);
+  if (row >= bodies_.size()) bodies_.resize(row + 1);
+  bodies_[row] = std::make_unique<Body>(desc, state);
+  bodies_[row]->PlaceGeometries();
+  broad_phase_.Add(*bodies_[row]);
+}
+
+void World::RemoveBody(EntityRow row) {
+  broad_phase_.Remove(body(row));
+  warm_start_.Forget(body(row));
+  std::erase(moved_, &body(row));
+  bodies_[Index(row)].reset();
+}
+
+void World::SetActive(std::span<const EntityRow> rows, bool active) {
+  for (const EntityRow row : rows) {
+    body(row).is_active = active;
+    broad_phase_.Refile(body(row));
+  }
+}
+
+void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
+  for (const EntityRow row : rows) {
+    body(row).TakePose(state);
+    MarkMoved(body(row));
+  }
+}
+
+void World::MarkMoved(Body& body) {
+  if (!body.is_moved) moved_.push_back(&body);
+  body.is_moved = true;
+}
+
+void World::PlaceMoved() {
+  for (Body* body : moved_) {
+    body->PlaceGeometries();
+    broad_phase_.Update(*body);
+    body->is_moved = false;
+  }
+  moved_.clear();
+}
+
+void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
+  PlaceMoved();
+  broad_phase_.FindPairs(rule, candidates_);
+  contacts.Clear();
+  warm_start_.Begin();
+  Meeting meeting;
+  for (const CandidatePair& candidate : candidates_) {
+    const PlacedGeometry& a = *candidate.a;
+    const PlacedGeometry& b = *candidate.b;
+    FindMeeting(a.collision, a.placement, b.collision, b.placement, meeting);
+    if (meeting.count == 0) continue;
+    contacts.pairs.push_back({.entity_a = a.body->row,
+                              .entity_b = b.body->row,
+                              .geometry_a = a.row,
+                              .geometry_b = b.row,
+                              .material = rule.Mixed(a.row, b.row),
+                              .is_sensor = candidate.is_sensor,
+                              .first_point = static_cast<uint32_t>(contacts.points.size()),
+                              .point_count = static_cast<uint32_t>(meeting.count)});
+    for (int i = 0; i < meeting.count; ++i) {
+      const MeetingPoint& point = meeting.points[static_cast<size_t>(i)];
+      contacts.points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});
+    }
+    warm_start_.Add(candidate, PointsOf(contacts.pairs.back(), contacts));
+  }
+}
+
+void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) {
+  if (contacts.pairs.size() != warm_start_.pairs().size()) {
+    throw EngineFault("the contacts are not those of the last collision test");
+  }
+  ++solve_stamp_;
+  for (const EntityRow row : rows) body(row).solve_stamp = solve_stamp_;
+  LoadContacts(step_size, state, contacts);
+  if (!solved_pairs_.empty()) solver_.Solve(step_size);
+  StoreImpulses(contacts);
+  for (const EntityRow row : rows) Move(body(row), step_size, state);
+}
+
+// Null if nothing that happens in this solve can move the body and it does not move by itself either.
+Body* World::Load(Body& body, const StateArrays& state) {
+  const bool is_driven = body.motion_type == MotionType::kKinematic && body.is_active;
+  if (!is_driven && body.solve_stamp != solve_stamp_) return nullptr;
+  if (body.touch_stamp != solve_stamp_) {
+    body.touch_stamp = solve_stamp_;
+    body.LoadRigid(state);
+    solver_.AddBody(body);
+  }
+  return &body;
+}
+
+void World::LoadContacts(double step_size, const StateArrays& state, const ContactBuffer& contacts) {
+  solver_.Begin(warm_start_.ScaleTo(step_size));
+  solved_pairs_.clear();
+  for (size_t i = 0; i < contacts.pairs.size(); ++i) {
+    const ContactPair& pair = contacts.pairs[i];
+    Body& a = body(pair.entity_a);
+    Body& b = body(pair.entity_b);
+    if (pair.is_sensor || (a.solve_stamp != solve_stamp_ && b.solve_stamp != solve_stamp_)) continue;
+    solved_pairs_.push_back(i);
+    Body* const side_a = Load(a, state);
+    Body* const side_b = Load(b, state);
+    solver_.AddPair(side_a, side_b, std::span(contacts.points).subspan(pair.first_point, pair.point_count),
+                    warm_start_.pairs()[i].impulses);
+  }
+}
+
+void World::StoreImpulses(ContactBuffer& contacts) {
+  for (ContactPoint& point : contacts.points) {
+    point.normal_impulse = 0;
+    point.friction_impulse.setZero();
+  }
+  for (size_t i = 0; i < solved_pairs_.size(); ++i) {
+    const std::span<ContactPoint> points = PointsOf(contacts.pairs[solved_pairs_[i]], contacts);
+    solver_.TakeImpulses(i, points);
+    PairMemory& memory = warm_start_.pairs()[solved_pairs_[i]];
+    for (size_t j = 0; j < points.size(); ++j)
+      memory.impulses[j] = {points[j].normal_impulse, points[j].friction_impulse};
+  }
+}
+
+void World::Move(Body& body, double step_size, StateArrays& state) {
+  const auto row = Index(body.row);
+  if (body.touch_stamp != solve_stamp_) {
+    body.motion = {.linear_velocity = state.linear_velocities.col(row),
+                   .angular_velocity = state.angular_velocities.col(row)};
+  }
+  const SolvedMotion& motion = body.motion;
+  const Quaternion before = body.pose.orientation;
+  const Vector3 turn = step_size * motion.angular_velocity, extra_turn = step_size * motion.turn;
+  if (!turn.isZero(0)) body.pose.orientation = (TurnBy(turn) * body.pose.orientation).normalized();
+  if (!extra_turn.isZero(0)) body.pose.orientation = (TurnBy(extra_turn) * body.pose.orientation).normalized();
+  body.pose.position += step_size * (motion.linear_velocity + motion.push);
+  if (!body.center_of_mass.isZero(0)) {
+    body.pose.position += before * body.center_of_mass - body.pose.orientation * body.center_of_mass;
+  }
+  if (!body.pose.position.allFinite() || !body.pose.orientation.coeffs().allFinite()) {
+    throw EngineFault(absl::StrCat("the motion of entity ", body.id.packed(), " is not finite"));
+  }
+  state.linear_velocities.col(row) = motion.linear_velocity;
+  state.angular_velocities.col(row) = motion.angular_velocity;
+  state.set_pose(body.row, body.pose);
+  MarkMoved(body);
+}
+
+void World::CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
+                     std::span<RayHit> hits) {
+  PlaceMoved();
+  for (size_t i = 0; i < rays.size(); ++i) {
+    RayHit& closest = hits[i] = RayHit{};
+    broad_phase_.FindOnSegment(rays[i].origin, rays[i].origin + rays[i].translation, near_ray_);
+    for (const PlacedGeometry* geometry : near_ray_) {
+      if (!rule.SeenByRay(geometry->row, collides_with_bits)) continue;
+      const std::optional<SurfaceHit> hit = CastRay(rays[i], geometry->collision.shape, geometry->placement);
+      if (!hit) continue;
+      const EntityId id = geometry->body->id;
+      const bool is_closer = closest.entity.is_null() || hit->fraction < closest.fraction ||
+                             (hit->fraction == closest.fraction && id < closest.entity);
+      if (is_closer) closest = {.entity = id, .fraction = hit->fraction, .normal = hit->normal};
+    }
+  }
+}
+
+}  // namespace genphys::bullet_backend

@@ -1,0 +1,53 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "broad_phase.h"
+#include "contact_solver.h"
+#include "genphys/backend.h"
+#include "warm_start.h"
+
+namespace genphys::bullet_backend {
+
+/// A world on Bullet. The library's trees, detectors and solver are used, and none of its worlds, dispatchers and
+/// pools: what it gives depends on the columns, the active set and the saved impulses alone, not on how these came
+/// about.
+class World final : public BackendWorld {
+ public:
+  explicit World(const StepperSettings& settings) { SetStepper(settings); }
+
+  void AddBody(const BodyDesc& desc, const StateArrays& state) override;
+  void RemoveBody(EntityRow row) override;
+  void SetActive(std::span<const EntityRow> rows, bool active) override;
+  void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
+  void SetStepper(const StepperSettings& settings) override { solver_.SetIterations(settings.iterations); }
+  void Collide(const PairRule& rule, ContactBuffer& contacts) override;
+  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) override;
+  void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
+                std::span<RayHit> hits) override;
+  void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
+
+ private:
+  Body& body(EntityRow row) { return *bodies_[Index(row)]; }
+  void MarkMoved(Body& body);
+  void PlaceMoved();
+  Body* Load(Body& body, const StateArrays& state);
+  void LoadContacts(double step_size, const StateArrays& state, const ContactBuffer& contacts);
+  void StoreImpulses(ContactBuffer& contacts);
+  void Move(Body& body, double step_size, StateArrays& state);
+
+  std::vector<std::unique_ptr<Body>> bodies_;  // by entity row
+  std::vector<Body*> moved_;                   // whose geometries are not yet at their poses
+  BroadPhase broad_phase_;
+  ContactSolver solver_;
+  WarmStart warm_start_;  // its pairs are those of the last Collide()
+  uint64_t solve_stamp_ = 0;
+
+  // Kept between calls for their memory only.
+  std::vector<CandidatePair> candidates_;
+  std::vector<size_t> solved_pairs_;  // in the contact buffer, by number in the solver
+  std::vector<const PlacedGeometry*> near_ray_;
+};
+
+}  // namespace genphys::bullet_backend
