@@ -63,6 +63,8 @@ def play(world: genphys.World) -> tuple[float, float, genphys.EntityInfo]:
                     met = moment
             elif isinstance(event, genphys.ContactEnded):
                 print(f"{moment:7.3f} s   {event.entity_a} and {event.entity_b} part")
+            elif isinstance(event, genphys.EntityWoke):
+                print(f"{moment:7.3f} s   {event.entity} wakes up")
             elif isinstance(event, genphys.EntitySlept):
                 print(f"{moment:7.3f} s   {event.entity} falls asleep")
                 if event.involves(ball):

@@ -121,6 +121,16 @@ def test_the_example_comes_out_as_documented(binary, engine):
     assert "NOT EXPECTED" not in result.stdout
 
 
+def test_the_readme_begins_with_a_program_that_runs(binary):
+    readme = (CHECKOUT / "client" / "python" / "README.md").read_text()
+    program = readme.partition("```python\n")[2].partition("```")[0]
+
+    result = run(binary, "-c", program)
+
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "ContactBegan" in result.stdout
+
+
 def test_the_command_shows_events_as_they_come(server):
     with server.create_world(name="shown") as world:
         command = [sys.executable, "-m", "genphys.watch", "--address", server.address, "--json", "shown"]
