@@ -50,7 +50,8 @@ void WorkerPool::PostAt(Clock::time_point when, Task task) {
   bool is_first;
   {
     const std::lock_guard lock(mutex_);
-    is_first = timers_.emplace(when, std::move(task)) == timers_.begin();
+    const auto timer = timers_.emplace(when, std::move(task));
+    is_first = timer == timers_.begin();
   }
   if (is_first) timer_came_.notify_one();
 }

@@ -11,6 +11,7 @@
 namespace genphys {
 namespace {
 
+constexpr std::string_view kNamePrefix = "worlds/";
 constexpr std::string_view kCreateWorld = "genphys.v1.WorldService.CreateWorld";
 
 Status Draining() { return Refuse(Reason::kDraining, "", "the server is shutting down"); }
@@ -20,7 +21,7 @@ std::string GeneratedName() {
   constexpr int kLength = 8;
   std::random_device device;
   std::uniform_int_distribution<size_t> any(0, kLetters.size() - 1);
-  std::string name = "worlds/w-";
+  std::string name = std::string(kNamePrefix) + "w-";
   for (int i = 0; i < kLength; ++i) name += kLetters[any(device)];
   return name;
 }
@@ -184,7 +185,9 @@ void WorldDirectory::ListPage(const Bytes& encoded, const Reply& reply) {
   WorldKey place;
   if (!request.page_token().empty()) {
     const std::optional<std::string> name = DecodePageToken(request.page_token());
-    if (!name) return reply(Refuse(Reason::kInvalidValue, "page_token", "page_token is none of this server's"));
+    if (!name || !name->starts_with(kNamePrefix)) {
+      return reply(Refuse(Reason::kInvalidValue, "page_token", "page_token is none of this server's"));
+    }
     place.name = *name;
   }
   std::vector<std::pair<std::string, std::shared_ptr<WorldHost>>> found;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "genphys/hosting/world_methods.h"
 #include "genphys/wire/encode.h"
-#include "genphys/wire/validate_limits.h"
 #include "transport.h"
 
 namespace genphys {
@@ -14,24 +14,32 @@ EngineService::EngineService(const BackendRegistry& registry) {
   std::sort(engines_.begin(), engines_.end(), [](const auto& a, const auto& b) { return a.name() < b.name(); });
 }
 
-grpc::ServerUnaryReactor* EngineService::ListEngines(grpc::CallbackServerContext* context,
-                                                     const v1::ListEnginesRequest* request,
-                                                     v1::ListEnginesResponse* response) {
+template <typename Request, typename Response>
+grpc::ServerUnaryReactor* EngineService::Answer(grpc::CallbackServerContext* context, const grpc::ByteBuffer& request,
+                                                grpc::ByteBuffer* response,
+                                                Status (EngineService::*answer)(const Request&, Response*)
+                                                    const) const {
+  Request decoded;
+  Response reply;
+  Status status = DecodeRequest(ToBytes(request), &decoded);
+  if (status.ok()) status = (this->*answer)(decoded, &reply);
+  if (status.ok()) *response = ToByteBuffer(EncodeReply(reply));
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  reactor->Finish(ToGrpcStatus(List(*request, response)));
+  reactor->Finish(ToGrpcStatus(status));
   return reactor;
+}
+
+grpc::ServerUnaryReactor* EngineService::ListEngines(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return Answer(context, *request, response, &EngineService::List);
 }
 
 grpc::ServerUnaryReactor* EngineService::GetEngine(grpc::CallbackServerContext* context,
-                                                   const v1::GetEngineRequest* request,
-                                                   v1::GetEngineResponse* response) {
-  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  reactor->Finish(ToGrpcStatus(Get(*request, response)));
-  return reactor;
+                                                   const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return Answer(context, *request, response, &EngineService::Get);
 }
 
 Status EngineService::List(const v1::ListEnginesRequest& request, v1::ListEnginesResponse* response) const {
-  GENPHYS_RETURN_IF_ERROR(ValidateLimits(request));
   // A page goes on after the engine that its token names.
   auto engine = engines_.begin();
   if (!request.page_token().empty()) {
@@ -49,7 +57,6 @@ Status EngineService::List(const v1::ListEnginesRequest& request, v1::ListEngine
 }
 
 Status EngineService::Get(const v1::GetEngineRequest& request, v1::GetEngineResponse* response) const {
-  GENPHYS_RETURN_IF_ERROR(ValidateLimits(request));
   for (const v1::Engine& engine : engines_) {
     if (engine.name() != request.name()) continue;
     *response->mutable_engine() = engine;

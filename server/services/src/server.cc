@@ -106,7 +106,8 @@ Result<std::unique_ptr<Server>> Server::Start(BackendRegistry registry, const Se
   TurnOnIntrospection();
   grpc::ServerBuilder builder;
   SetTransport(builder);
-  std::vector<int> ports(options.addresses.size(), -1);
+  constexpr int kNotReached = -1;
+  std::vector<int> ports(options.addresses.size(), kNotReached);
   for (size_t i = 0; i < ports.size(); ++i) {
     builder.AddListeningPort(options.addresses[i], grpc::InsecureServerCredentials(), &ports[i]);
   }
@@ -115,7 +116,8 @@ Result<std::unique_ptr<Server>> Server::Start(BackendRegistry registry, const Se
   builder.RegisterService(&parts.simulation_service);
   parts.server = builder.BuildAndStart();
   for (size_t i = 0; i < ports.size(); ++i) {
-    if (ports[i] == 0) return CannotListen(options.addresses[i]);
+    // It gives up at the first address that it cannot have.
+    if (ports[i] == kNotReached) return CannotListen(options.addresses[i]);
     server->addresses_.push_back(WithPort(options.addresses[i], ports[i]));
   }
   if (parts.server == nullptr) return absl::InternalError("the gRPC server does not start");

@@ -1,0 +1,213 @@
+// Long calls: how they end early, and what they leave to others.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <future>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/test_server.h"
+
+namespace genphys::testing {
+namespace {
+
+using Simulation = v1::SimulationService::Stub;
+
+// A pile that takes minutes for all these steps, on any machine.
+constexpr uint32_t kManySteps = 100000;
+constexpr int kPile = 60;
+
+std::string MakePile(TestServer& server) {
+  const std::string world = server.CreateWorld().world().name();
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(0);
+  for (int i = 0; i < kPile; ++i) {
+    v1::Entity& box = *request.add_commands()->mutable_create_entity()->mutable_entity();
+    v1::RigidBody& body = *box.mutable_rigid_body();
+    body.mutable_auto_disable()->set_enabled(false);
+    v1::Vector3& half = *body.add_geometries()->mutable_shape()->mutable_box()->mutable_half_extents();
+    half.set_x(0.5), half.set_y(0.5), half.set_z(0.5);
+    box.mutable_pose()->mutable_position()->set_x(1.1 * (i % 4));
+    box.mutable_pose()->mutable_position()->set_z(0.5 + i / 4);
+  }
+  Must(server.simulation(), &Simulation::Step, request);
+  return world;
+}
+
+v1::StepRequest ManySteps(const std::string& world) {
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(kManySteps);
+  return request;
+}
+
+uint64_t StepOf(TestServer& server, const std::string& world) {
+  v1::GetWorldRequest request;
+  request.set_name(world);
+  return Must(server.worlds(), &v1::WorldService::Stub::GetWorld, request).stamp().step();
+}
+
+// Once a call ended early, the world stands still between two steps: where, is not known beforehand.
+uint64_t StepAtRest(TestServer& server, const std::string& world) {
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(0);
+  return Must(server.simulation(), &Simulation::Step, request).stamp().step();
+}
+
+void WaitForStep(TestServer& server, const std::string& world, uint64_t step) {
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (StepOf(server, world) < step) {
+    ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "the world does not move";
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+TEST(LongStep, StopsAtItsDeadlineAndKeepsWhatIsDone) {
+  TestServer server;
+  const std::string world = MakePile(server);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(300));
+  v1::StepResponse response;
+
+  const grpc::Status status = server.simulation().Step(&context, ManySteps(world), &response);
+
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  const uint64_t step = StepAtRest(server, world);
+  EXPECT_GT(step, 0u);
+  EXPECT_LT(step, kManySteps);
+  EXPECT_EQ(server.Step(world).stamp().step(), step + 1);
+}
+
+TEST(LongStep, StopsWhenItsCallerIsGone) {
+  TestServer server;
+  const std::string world = MakePile(server);
+  grpc::ClientContext context;
+  auto call = std::async(std::launch::async, [&] {
+    v1::StepResponse response;
+    return server.simulation().Step(&context, ManySteps(world), &response);
+  });
+  WaitForStep(server, world, 3);
+
+  context.TryCancel();
+
+  EXPECT_EQ(call.get().error_code(), grpc::StatusCode::CANCELLED);
+  EXPECT_LT(StepAtRest(server, world), kManySteps);
+}
+
+TEST(LongStep, EndsWithItsWorld) {
+  TestServer server;
+  const std::string world = MakePile(server);
+  auto call =
+      std::async(std::launch::async, [&] { return MustNot(server.simulation(), &Simulation::Step, ManySteps(world)); });
+  WaitForStep(server, world, 3);
+  v1::DeleteWorldRequest request;
+  request.set_name(world);
+
+  EXPECT_GE(Must(server.worlds(), &v1::WorldService::Stub::DeleteWorld, request).stamp().step(), 3u);
+
+  ExpectRefusal(call.get(), Reason::kWorldNotFound, "world");
+}
+
+TEST(LongStep, LeavesTurnsToOtherWorldsOnTheSameThread) {
+  TestServer server(ServerOptions{.workers = 1});
+  const std::string busy = MakePile(server);
+  const std::string other = server.CreateWorld().world().name();
+  grpc::ClientContext context;
+  auto call = std::async(std::launch::async, [&] {
+    v1::StepResponse response;
+    return server.simulation().Step(&context, ManySteps(busy), &response);
+  });
+  WaitForStep(server, busy, 1);
+
+  EXPECT_EQ(server.Step(other, 50).stamp().step(), 50u);
+
+  const uint64_t busy_step = StepOf(server, busy);
+  EXPECT_LT(busy_step, kManySteps);
+  context.TryCancel();
+  EXPECT_EQ(call.get().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST(LongStep, IsWatchedWhileItRuns) {
+  TestServer server(ServerOptions{.workers = 1});
+  const std::string world = MakePile(server);
+  grpc::ClientContext context;
+  auto call = std::async(std::launch::async, [&] {
+    v1::StepResponse response;
+    return server.simulation().Step(&context, ManySteps(world), &response);
+  });
+  WaitForStep(server, world, 1);
+  grpc::ClientContext view_context;
+  view_context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  v1::WatchFramesRequest request;
+  request.set_world(world);
+  const auto reader = server.simulation().WatchFrames(&view_context, request);
+
+  v1::WatchFramesResponse first, second;
+  EXPECT_TRUE(reader->Read(&first));
+  EXPECT_TRUE(reader->Read(&second));
+
+  EXPECT_GT(second.frame().stamp().step(), first.frame().stamp().step());
+  view_context.TryCancel();
+  reader->Finish();
+  context.TryCancel();
+  call.get();
+}
+
+TEST(Mailbox, RefusesWhatItCannotHold) {
+  constexpr int kMoreThanItHolds = 300;
+  TestServer server(ServerOptions{.workers = 1});
+  const std::string world = MakePile(server);
+  grpc::ClientContext long_context;
+  auto call = std::async(std::launch::async, [&] {
+    v1::StepResponse response;
+    return server.simulation().Step(&long_context, ManySteps(world), &response);
+  });
+  WaitForStep(server, world, 1);
+
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(0);
+  struct Waiting {
+    grpc::ClientContext context;
+    v1::StepResponse response;
+    std::promise<grpc::Status> status;
+  };
+  std::vector<std::unique_ptr<Waiting>> calls;
+  for (int i = 0; i < kMoreThanItHolds; ++i) {
+    Waiting& waiting = *calls.emplace_back(std::make_unique<Waiting>());
+    waiting.context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    server.simulation().async()->Step(&waiting.context, &request, &waiting.response,
+                                      [&waiting](grpc::Status status) { waiting.status.set_value(status); });
+  }
+  // The long call is over only when the last of these has come, so that none can be served meanwhile.
+  int refused = 0;
+  std::vector<std::future<grpc::Status>> answers;
+  for (const auto& waiting : calls) answers.push_back(waiting->status.get_future());
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (refused < kMoreThanItHolds - 255 && std::chrono::steady_clock::now() < give_up) {
+    refused = 0;
+    for (const auto& answer : answers) refused += answer.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  long_context.TryCancel();
+  call.get();
+
+  int exhausted = 0, served = 0;
+  for (auto& answer : answers) {
+    const Status status = Received(answer.get());
+    if (status.ok()) {
+      ++served;
+    } else {
+      ExpectRefusal(status, Reason::kLimitExceeded, "");
+      ++exhausted;
+    }
+  }
+  EXPECT_EQ(served, 255);  // and the long one
+  EXPECT_EQ(exhausted, kMoreThanItHolds - 255);
+}
+
+}  // namespace
+}  // namespace genphys::testing

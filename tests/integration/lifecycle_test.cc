@@ -1,0 +1,187 @@
+// The program genphysd: how it starts, says where it is, refuses to start, and stops.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <future>
+#include <string>
+#include <thread>
+
+#include "support/test_server.h"
+
+namespace genphys::testing {
+namespace {
+
+constexpr char kGreeting[] = "genphysd listening on ";
+// What the program promises, and what a loaded machine may add to it.
+constexpr std::chrono::seconds kStopMax{5};
+constexpr std::chrono::seconds kAllowance{5};
+
+// The address in the line with which a server that started greets; empty if it did not.
+std::string AddressOf(ServerProcess& process) {
+  const std::string line = process.ReadLine();
+  return line.starts_with(kGreeting) ? line.substr(sizeof(kGreeting) - 1) : "";
+}
+
+TEST(Genphysd, SaysWhereItListensOncePerAddress) {
+  TemporaryFolder folder;
+  const std::string socket = "unix:" + (folder.path() / "s").string();
+  ServerProcess process({"--listen", "127.0.0.1:0", "--listen", socket});
+
+  const std::string tcp = AddressOf(process);
+  const std::string unix_socket = AddressOf(process);
+
+  EXPECT_TRUE(tcp.starts_with("127.0.0.1:")) << process.ReadErrors();
+  EXPECT_NE(tcp, "127.0.0.1:0");
+  EXPECT_EQ(unix_socket, socket);
+  for (const std::string& address : {tcp, unix_socket}) {
+    const auto stub = v1::WorldService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+    Must(*stub, &v1::WorldService::Stub::CreateWorld, v1::CreateWorldRequest());
+  }
+  process.Signal(SIGTERM);
+  EXPECT_EQ(process.Wait(), 0);
+}
+
+TEST(Genphysd, NamesTheWayOutWhenAPortIsTaken) {
+  ServerProcess first({"--listen", "127.0.0.1:0"});
+  const std::string address = AddressOf(first);
+  ASSERT_FALSE(address.empty());
+
+  ServerProcess second({"--listen", address});
+
+  EXPECT_EQ(second.ReadLine(), "");
+  EXPECT_NE(second.Wait(), 0);
+  EXPECT_NE(second.ReadErrors().find("cannot listen at " + address), std::string::npos) << second.ReadErrors();
+  EXPECT_NE(second.ReadErrors().find("--listen 127.0.0.1:0"), std::string::npos) << second.ReadErrors();
+}
+
+TEST(Genphysd, LeavesTheSocketOfALivingServerAlone) {
+  TemporaryFolder folder;
+  const std::string socket = "unix:" + (folder.path() / "s").string();
+  ServerProcess first({"--listen", socket});
+  ASSERT_EQ(AddressOf(first), socket);
+
+  ServerProcess second({"--listen", socket});
+
+  EXPECT_NE(second.Wait(), 0);
+  const auto stub = v1::WorldService::NewStub(grpc::CreateChannel(socket, grpc::InsecureChannelCredentials()));
+  Must(*stub, &v1::WorldService::Stub::CreateWorld, v1::CreateWorldRequest());
+}
+
+TEST(Genphysd, RefusesWhatItWasNotBuiltForAndAddressesOfOthers) {
+  struct Case {
+    std::vector<std::string> arguments;
+    std::string said;
+  };
+  for (const Case& refused :
+       {Case{{"--isolate", "world"}, "not built yet"}, Case{{"--isolate", "sometimes"}, "none, shard or world"},
+        Case{{"--listen", "0.0.0.0:0"}, "--insecure-any-address"}, Case{{"--listen", "localhost"}, "host:port"},
+        Case{{"--listen", "127.0.0.1:70000"}, "host:port"},
+        Case{{"--default-engine", "perpetuum"}, "this server has: "}, Case{{"--colour", "red"}, "--colour"}}) {
+    ServerProcess process(refused.arguments);
+    EXPECT_EQ(process.ReadLine(), "");
+    EXPECT_NE(process.Wait(), 0);
+    EXPECT_NE(process.ReadErrors().find(refused.said), std::string::npos) << process.ReadErrors();
+  }
+  ServerProcess asked_for({"--listen", "0.0.0.0:0", "--insecure-any-address", "--isolate", "none"});
+  EXPECT_NE(AddressOf(asked_for), "");
+}
+
+TEST(Genphysd, ExplainsItself) {
+  ServerProcess help({"--help"});
+  std::string text;
+  for (std::string line = help.ReadLine(); !line.empty() || text.empty(); line = help.ReadLine()) text += line + "\n";
+  EXPECT_EQ(help.Wait(), 0);
+  EXPECT_NE(text.find("genphysd"), std::string::npos);
+  ServerProcess version({"--version"});
+  EXPECT_TRUE(version.ReadLine().starts_with("genphysd 0."));
+  EXPECT_EQ(version.Wait(), 0);
+}
+
+TEST(Genphysd, EndsWithItsParentWhenAsked) {
+  ServerProcess process({"--listen", "127.0.0.1:0", "--exit-with-parent"});
+  ASSERT_NE(AddressOf(process), "");
+
+  process.CloseInput();
+
+  EXPECT_EQ(process.Wait(), 0);
+}
+
+TEST(Genphysd, EndsStreamsAndLongCallsOnASignalAndExitsWellInTime) {
+  ServerProcess process({"--listen", "127.0.0.1:0"});
+  const auto channel = grpc::CreateChannel(AddressOf(process), grpc::InsecureChannelCredentials());
+  const auto worlds = v1::WorldService::NewStub(channel);
+  const auto simulation = v1::SimulationService::NewStub(channel);
+  const std::string world =
+      Must(*worlds, &v1::WorldService::Stub::CreateWorld, v1::CreateWorldRequest()).world().name();
+  v1::PlayWorldRequest play;
+  play.set_name(world);
+  Must(*worlds, &v1::WorldService::Stub::PlayWorld, play);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  v1::WatchEventsRequest request;
+  request.set_world(world);
+  const auto reader = simulation->WatchEvents(&context, request);
+  v1::WatchEventsResponse first;
+  ASSERT_TRUE(reader->Read(&first));
+  const auto begin = std::chrono::steady_clock::now();
+
+  process.Signal(SIGTERM);
+
+  v1::WatchEventsResponse more;
+  while (reader->Read(&more)) {
+  }
+  ExpectRefusal(Received(reader->Finish()), Reason::kDraining, "");
+  EXPECT_EQ(process.Wait(), 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, kStopMax + kAllowance);
+}
+
+TEST(Shutdown, LetsACallUnderWayEnd) {
+  TestServer server;
+  const std::string world = server.CreateWorld().world().name();
+  v1::StepRequest request;
+  request.set_world(world);
+  // Long enough to be under way when the server stops: every step has a hash.
+  request.set_steps(50000);
+  auto call = std::async(std::launch::async, [&] {
+    v1::StepResponse response;
+    const grpc::Status status = Call(server.simulation(), &v1::SimulationService::Stub::Step, request, &response);
+    return std::pair(Received(status), response.stamp().step());
+  });
+  v1::GetWorldRequest get;
+  get.set_name(world);
+  while (Must(server.worlds(), &v1::WorldService::Stub::GetWorld, get).stamp().step() == 0) {
+  }
+
+  server.Stop(kPatience);
+
+  const auto [status, step] = call.get();
+  EXPECT_TRUE(status.ok()) << status.ToString();
+  EXPECT_EQ(step, 50000u);
+}
+
+TEST(Shutdown, EndsAnEndlessCallAtAStepBoundary) {
+  TestServer server;
+  const std::string world = server.CreateWorld().world().name();
+  v1::PlayWorldRequest play;
+  play.set_name(world);
+  play.set_real_time_factor(0);
+  Must(server.worlds(), &v1::WorldService::Stub::PlayWorld, play);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  v1::WatchFramesRequest request;
+  request.set_world(world);
+  const auto reader = server.simulation().WatchFrames(&context, request);
+  v1::WatchFramesResponse frame;
+  ASSERT_TRUE(reader->Read(&frame));
+
+  auto stopped = std::async(std::launch::async, [&] { server.Stop(kPatience); });
+
+  while (reader->Read(&frame)) {
+  }
+  ExpectRefusal(Received(reader->Finish()), Reason::kDraining, "");
+  stopped.get();
+}
+
+}  // namespace
+}  // namespace genphys::testing

@@ -1,0 +1,149 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "genphys/hosting/strand.h"
+#include "genphys/hosting/worker_pool.h"
+
+namespace genphys {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::chrono::seconds kPatience{60};  // only what hangs meets it
+
+// Waits until all that was posted to `strand` before is done.
+void Settle(Strand& strand) {
+  std::promise<void> done;
+  strand.Post([&] {
+    done.set_value();
+    return Progress::kDone;
+  });
+  ASSERT_EQ(done.get_future().wait_for(kPatience), std::future_status::ready);
+}
+
+TEST(WorkerPool, RunsEveryTaskOnItsThreads) {
+  constexpr int kTasks = 1000;
+  std::atomic<int> ran = 0;
+  {
+    WorkerPool pool(3);
+    EXPECT_EQ(pool.threads(), 3u);
+    for (int i = 0; i < kTasks; ++i) pool.Post([&] { ++ran; });
+  }
+  EXPECT_EQ(ran, kTasks);
+}
+
+TEST(WorkerPool, RunsTimedTasksInOrderOfTheirTimeAndNotBefore) {
+  WorkerPool pool(1);
+  const auto now = WorkerPool::Clock::now();
+  std::vector<int> order;
+  std::promise<WorkerPool::Clock::time_point> last;
+
+  pool.PostAt(now + milliseconds(60), [&] {
+    order.push_back(3);
+    last.set_value(WorkerPool::Clock::now());
+  });
+  pool.PostAt(now + milliseconds(20), [&] { order.push_back(1); });
+  pool.PostAt(now + milliseconds(40), [&] { order.push_back(2); });
+  auto future = last.get_future();
+  ASSERT_EQ(future.wait_for(kPatience), std::future_status::ready);
+
+  EXPECT_GE(future.get(), now + milliseconds(60));
+  EXPECT_EQ(order, (std::vector<int>{1, 2, 3}));
+}
+
+TEST(WorkerPool, SurvivesATaskThatThrows) {
+  WorkerPool pool(1);
+  std::promise<void> done;
+
+  pool.Post([] { throw std::runtime_error("on purpose"); });
+  pool.Post([&] { done.set_value(); });
+
+  EXPECT_EQ(done.get_future().wait_for(kPatience), std::future_status::ready);
+}
+
+TEST(Strand, DoesItsWorkInOrderAndNeverTwoAtATime) {
+  constexpr int kPosts = 2000;
+  WorkerPool pool(4);
+  const auto strand = std::make_shared<Strand>(pool);
+  std::vector<int> order;  // unguarded on purpose: a race would show
+  for (int i = 0; i < kPosts; ++i) {
+    strand->Post([&, i] {
+      order.push_back(i);
+      return Progress::kDone;
+    });
+  }
+  Settle(*strand);
+
+  ASSERT_EQ(order.size(), size_t{kPosts});
+  for (int i = 0; i < kPosts; ++i) EXPECT_EQ(order[static_cast<size_t>(i)], i);
+}
+
+TEST(Strand, LetsOthersHaveTheirTurnBetweenTheSlicesOfLongWork) {
+  constexpr int kSlices = 100;
+  WorkerPool pool(1);
+  const auto busy = std::make_shared<Strand>(pool), other = std::make_shared<Strand>(pool);
+  std::promise<void> begun;
+  std::atomic<int> slices = 0, slices_before_other = -1;
+  busy->Post([&] {
+    if (slices == 0) {
+      begun.set_value();
+      // The other strand's work is posted before the second slice.
+      while (slices_before_other == -1) std::this_thread::yield();
+    }
+    return ++slices < kSlices ? Progress::kAgain : Progress::kDone;
+  });
+  begun.get_future().wait();
+  other->Post([&] {
+    slices_before_other = slices.load();
+    return Progress::kDone;
+  });
+  slices_before_other = -2;
+  Settle(*busy);
+
+  EXPECT_EQ(slices, kSlices);
+  EXPECT_EQ(slices_before_other, 1);
+}
+
+TEST(Strand, KeepsTheOrderAroundWorkThatTakesManySlices) {
+  WorkerPool pool(2);
+  const auto strand = std::make_shared<Strand>(pool);
+  int slices = 0, slices_seen_by_next = 0;
+  strand->Post([&] { return ++slices < 10 ? Progress::kAgain : Progress::kDone; });
+  strand->Post([&] {
+    slices_seen_by_next = slices;
+    return Progress::kDone;
+  });
+  Settle(*strand);
+
+  EXPECT_EQ(slices_seen_by_next, 10);
+}
+
+TEST(Strand, DoesUrgentTasksBetweenTwoSlices) {
+  WorkerPool pool(1);
+  const auto strand = std::make_shared<Strand>(pool);
+  std::atomic<bool> urgent_done = false;
+  std::atomic<bool> posted = false;
+  int slices = 0;
+  std::promise<void> begun;
+  strand->Post([&] {
+    if (++slices == 1) begun.set_value();
+    while (!posted) std::this_thread::yield();
+    return urgent_done ? Progress::kDone : Progress::kAgain;
+  });
+  begun.get_future().wait();
+  strand->PostUrgent([&] { urgent_done = true; });
+  posted = true;
+  Settle(*strand);
+
+  EXPECT_EQ(slices, 2);
+}
+
+}  // namespace
+}  // namespace genphys
