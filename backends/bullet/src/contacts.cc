@@ -23,11 +23,11 @@ constexpr double kParallel = 1e-3;
 constexpr double kSquare = 1e-6;
 // Cosine between a round side's axis and the normal below which it is the side that meets, not the end.
 constexpr double kAcross = 0.1;
-// m: what is found from the corners may be shallower by this much than what the detector told, which sees padded boxes.
-constexpr double kMissed = 2 * kBoxPadding;
+// m: what is found from the corners may be shallower by this much than what the detector told.
+constexpr double kMissed = 5e-4;
 // A depth may fall short of the overlap in its direction by this part of it and by so many metres.
 constexpr double kTrusted = 0.05;
-constexpr double kTrustedDepth = 1e-3;
+constexpr double kTrustedDepth = 2e-3;
 // A flat end that meets something flat is round enough with eight corners; four are all that can be kept on a plane.
 constexpr int kRimVertices = 8;
 constexpr int kRimVerticesOnPlane = 4;
@@ -175,9 +175,10 @@ std::optional<MeetingPoint> MeetRoundSides(const Solid& a, const Solid& b) {
   return MeetingPoint{.position = on_a + (round_a->radius + gap / 2) * normal, .normal = normal, .depth = -gap};
 }
 
-// Sum of how much farther the corners of a padded box reach in a direction than those of the true one.
-double PaddingAlong(const Vector3& direction, const Placement& placement) {
-  return kBoxPadding * (placement.rotation.transpose() * direction).lpNorm<1>();
+// By how much `b` would have to move along `direction` to leave `a`.
+double OverlapAlong(const Vector3& direction, const Solid& a, const Solid& b) {
+  return direction.dot(FarthestPoint(a.shape.shape, a.placement, direction) -
+                       FarthestPoint(b.shape.shape, b.placement, -direction));
 }
 
 std::optional<MeetingPoint> MeetBoxes(const Solid& a, const Solid& b) {
@@ -186,22 +187,9 @@ std::optional<MeetingPoint> MeetBoxes(const Solid& a, const Solid& b) {
   input.m_transformB = b.placement.transform();
   DeepestPoint result;
   btBoxBoxDetector(a.shape.padded.get(), b.shape.padded.get()).getClosestPoints(input, result, nullptr);
-  if (result.deepest) {
-    const Vector3& normal = result.deepest->normal;
-    result.deepest->depth -= PaddingAlong(normal, a.placement) + PaddingAlong(normal, b.placement);
-  }
+  // Bullet's boxes are padded, and between edges it counts in something against rounding.
+  if (result.deepest) result.deepest->depth = OverlapAlong(result.deepest->normal, a, b);
   return result.deepest;
-}
-
-Vector3 FarthestPoint(const Solid& solid, const Vector3& direction) {
-  const Vector3 local = solid.placement.rotation.transpose() * direction;
-  return solid.placement.Transform(FromBullet(solid.shape.core->localGetSupportingVertex(ToBullet(local))));
-}
-
-// By how much `b` would have to move along `direction` to leave `a`, and half-way between the outermost points.
-MeetingPoint MeetAlong(const Solid& a, const Solid& b, const Vector3& direction) {
-  const Vector3 on_a = FarthestPoint(a, direction), on_b = FarthestPoint(b, -direction);
-  return {.position = (on_a + on_b) / 2, .normal = direction, .depth = direction.dot(on_a - on_b)};
 }
 
 // The shallowest of the ways out that the axes of the two solids suggest.
@@ -212,8 +200,14 @@ MeetingPoint MeetAlongAxes(const Solid& a, const Solid& b) {
     const double length = direction.norm();
     if (length < kParallel) return;
     const double sign = direction.dot(between) < 0 ? -1 : 1;
-    const MeetingPoint met = MeetAlong(a, b, sign / length * direction);
-    if (met.depth < best.depth) best = met;
+    const Vector3 normal = sign / length * direction;
+    const double depth = OverlapAlong(normal, a, b);
+    if (depth >= best.depth) return;
+    best = {.position = (FarthestPoint(a.shape.shape, a.placement, normal) +
+                         FarthestPoint(b.shape.shape, b.placement, -normal)) /
+                        2,
+            .normal = normal,
+            .depth = depth};
   };
   try_direction(between);
   for (const Placement* placement : {&a.placement, &b.placement}) {
@@ -238,12 +232,12 @@ std::optional<MeetingPoint> MeetCores(const Solid& a, const Solid& b) {
   DeepestPoint result;
   btGjkPairDetector(a.shape.core.get(), b.shape.core.get(), &simplex, &penetration)
       .getClosestPoints(input, result, nullptr);
-  // In deep overlaps of round shapes Bullet's search sometimes ends at a direction in which they overlap by far more
-  // than it tells.
-  if (result.deepest && result.deepest->depth > 0) {
-    const double overlap = MeetAlong(a, b, result.deepest->normal).depth;
-    if (overlap > (1 + kTrusted) * result.deepest->depth + kTrustedDepth) return MeetAlongAxes(a, b);
-  }
+  if (!result.deepest) return std::nullopt;
+  // Bullet's solids are rounded by their margins, and in deep overlaps its search sometimes ends at a direction in
+  // which they overlap by far more than it tells.
+  const double overlap = OverlapAlong(result.deepest->normal, a, b);
+  if (overlap > (1 + kTrusted) * std::max(0.0, result.deepest->depth) + kTrustedDepth) return MeetAlongAxes(a, b);
+  result.deepest->depth = overlap;
   return result.deepest;
 }
 
@@ -267,8 +261,10 @@ void Spread(const Solid& a, const Solid& b, const MeetingPoint& known, PointSet&
       OverlapSegments(feature_a, feature_b, known.normal, points);
     }
   }
-  // The corners of a round end do not reach its rim everywhere, so that the deepest place may have been cut off.
-  if (points.deepest() < known.depth - kMissed) points.Add(known);
+  // The corners of a round end do not reach its rim everywhere, so that the deepest place may have been cut off. Of two
+  // boxes the known depth may be that of a corner that hangs over the edge.
+  const bool are_boxes = a.shape.padded && b.shape.padded;
+  if (points.is_empty() || (!are_boxes && points.deepest() < known.depth - kMissed)) points.Add(known);
 }
 
 void FindPoints(const Solid& a, const Solid& b, PointSet& points) {

@@ -18,6 +18,7 @@ class PointSet {
   /// Chooses the deepest point and those that span the widest area with it.
   void ReduceTo(Meeting& meeting) const;
 
+  bool is_empty() const { return count_ == 0; }
   /// Depth of the deepest point; minus infinity if there is none.
   double deepest() const { return deepest_; }
 

@@ -3,6 +3,7 @@
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <type_traits>
@@ -32,6 +33,31 @@ Vector3 Extent(const Cylinder& cylinder, const Matrix3& rotation) {
 }
 
 Vector3 Extent(const Plane&, const Matrix3&) { return Vector3::Zero(); }
+
+// Bullet's search loses its way where two surfaces touch exactly, and finds it again between solids that are smaller by
+// a margin. This is its part of the smallest extent, and the most it is in metres.
+constexpr double kMargin = 2e-3;
+constexpr double kMarginMax = 1e-3;
+
+double MarginOf(double smallest_extent) { return std::min(kMarginMax, kMargin * smallest_extent); }
+
+Vector3 LocalFarthest(const Sphere& sphere, const Vector3& direction) { return sphere.radius * direction; }
+
+Vector3 LocalFarthest(const Box& box, const Vector3& direction) {
+  return (direction.array() < 0).select(-box.half_extents, box.half_extents);
+}
+
+Vector3 LocalFarthest(const Capsule& capsule, const Vector3& direction) {
+  return capsule.radius * direction + Vector3(0, 0, std::copysign(capsule.half_length, direction.z()));
+}
+
+Vector3 LocalFarthest(const Cylinder& cylinder, const Vector3& direction) {
+  const double across = std::hypot(direction.x(), direction.y());
+  const double scale = across > 0 ? cylinder.radius / across : 0;
+  return {scale * direction.x(), scale * direction.y(), std::copysign(cylinder.half_length, direction.z())};
+}
+
+Vector3 LocalFarthest(const Plane&, const Vector3&) { return Vector3::Zero(); }
 
 SurfaceFeature SurfaceOf(const Sphere& sphere, const Placement& placement, const Vector3& direction, int) {
   SurfaceFeature feature;
@@ -98,14 +124,14 @@ SurfaceFeature SurfaceOf(const Plane&, const Placement&, const Vector3&, int) { 
 CollisionShape::CollisionShape(const Shape& described) : shape(described) {
   if (const auto* box = std::get_if<Box>(&shape)) {
     core = std::make_unique<btBoxShape>(ToBullet(box->half_extents));
-    core->setMargin(0);
+    core->setMargin(MarginOf(box->half_extents.minCoeff()));
     padded = std::make_unique<btBoxShape>(ToBullet(box->half_extents.array() + kBoxPadding));
   } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
     // The margin of a capsule is its radius: what is left is a segment, and nothing is rounded that is not round.
     core = std::make_unique<btCapsuleShapeZ>(capsule->radius, 2 * capsule->half_length);
   } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
     core = std::make_unique<btCylinderShapeZ>(btVector3(cylinder->radius, cylinder->radius, cylinder->half_length));
-    core->setMargin(0);
+    core->setMargin(MarginOf(std::min(cylinder->radius, cylinder->half_length)));
   }
 }
 
@@ -113,6 +139,11 @@ Bounds BoundsOf(const Shape& shape, const Placement& placement) {
   const Vector3 extent =
       std::visit([&](const auto& s) { return Extent(s, placement.rotation); }, shape).array() + kContactGap / 2;
   return {placement.position - extent, placement.position + extent};
+}
+
+Vector3 FarthestPoint(const Shape& shape, const Placement& placement, const Vector3& direction) {
+  const Vector3 local = placement.rotation.transpose() * direction;
+  return placement.Transform(std::visit([&](const auto& s) { return LocalFarthest(s, local); }, shape));
 }
 
 SurfaceFeature SupportFeature(const Shape& shape, const Placement& placement, const Vector3& direction,

@@ -20,7 +20,7 @@ inline constexpr double kBoxPadding = 2.5e-4;
 /// A shape and what Bullet needs to collide it.
 struct CollisionShape {
   Shape shape;
-  /// For closest features; without a margin, which would round edges off. None for spheres and planes.
+  /// For closest features; none for spheres and planes.
   std::unique_ptr<btConvexInternalShape> core;
   /// For the box test; boxes only.
   std::unique_ptr<btBoxShape> padded;
@@ -40,6 +40,9 @@ struct Bounds {
 
 /// Smallest bounds of `shape`, widened by half of the contact gap on every side. A plane has none.
 Bounds BoundsOf(const Shape& shape, const Placement& placement);
+
+/// The point of a sphere, box, capsule or cylinder that lies farthest in `direction` (unit length), in the world.
+Vector3 FarthestPoint(const Shape& shape, const Placement& placement, const Vector3& direction);
 
 /// The face, edge or corner with which a convex solid meets what lies in one direction: a polygon with its outward
 /// normal, a segment, or a point. World coordinates.

@@ -11,6 +11,11 @@ constexpr double kSamePoint = 0.02;
 
 CandidatePair KeyOf(const PairMemory& memory) { return {memory.a, memory.b}; }
 
+bool ComesBefore(const PairMemory& x, const PairMemory& y) { return bullet_backend::ComesBefore(KeyOf(x), KeyOf(y)); }
+
+// Neither side moves, so that the pair is not looked at.
+bool IsResting(const PairMemory& memory) { return !memory.a->body->is_moving() && !memory.b->body->is_moving(); }
+
 template <typename T>
 void Append(const T& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
@@ -42,12 +47,23 @@ void WarmStart::Begin() {
   pairs_.swap(before_);
   pairs_.clear();
   next_before_ = 0;
+  if (!std::exchange(has_woken_, false)) return;
+  const auto is_resting = [](const PairMemory& memory) { return IsResting(memory); };
+  const auto woken = std::partition(resting_.begin(), resting_.end(), is_resting);
+  before_.insert(before_.end(), woken, resting_.end());
+  resting_.erase(woken, resting_.end());
+  std::sort(before_.begin(), before_.end(), [](const auto& x, const auto& y) { return ComesBefore(x, y); });
 }
 
 void WarmStart::Add(const CandidatePair& pair, std::span<const ContactPoint> points) {
-  while (next_before_ < before_.size() && ComesBefore(KeyOf(before_[next_before_]), pair)) ++next_before_;
-  PairMemory* old = next_before_ < before_.size() ? &before_[next_before_] : nullptr;
-  if (old != nullptr && (old->a != pair.a || old->b != pair.b)) old = nullptr;
+  while (next_before_ < before_.size() && bullet_backend::ComesBefore(KeyOf(before_[next_before_]), pair)) {
+    PassOver(before_[next_before_++]);
+  }
+  PairMemory* old = nullptr;
+  if (next_before_ < before_.size()) {
+    PairMemory& next = before_[next_before_];
+    if (next.a == pair.a && next.b == pair.b) old = &before_[next_before_++];
+  }
 
   PairMemory& memory = pairs_.emplace_back();
   memory.a = pair.a;
@@ -61,8 +77,18 @@ void WarmStart::Add(const CandidatePair& pair, std::span<const ContactPoint> poi
   }
 }
 
+void WarmStart::End() {
+  while (next_before_ < before_.size()) PassOver(before_[next_before_++]);
+}
+
+void WarmStart::PassOver(const PairMemory& memory) {
+  if (IsResting(memory)) resting_.push_back(memory);
+}
+
 void WarmStart::Forget(const Body& body) {
-  std::erase_if(pairs_, [&](const PairMemory& memory) { return memory.a->body == &body || memory.b->body == &body; });
+  for (std::vector<PairMemory>* list : {&pairs_, &resting_}) {
+    std::erase_if(*list, [&](const PairMemory& memory) { return memory.a->body == &body || memory.b->body == &body; });
+  }
 }
 
 double WarmStart::ScaleTo(double step_size) {
@@ -71,18 +97,23 @@ double WarmStart::ScaleTo(double step_size) {
 }
 
 void WarmStart::Save(std::string& bytes) const {
+  std::vector<const PairMemory*> all;
+  for (const std::vector<PairMemory>* list : {&pairs_, &resting_}) {
+    for (const PairMemory& memory : *list) all.push_back(&memory);
+  }
+  std::sort(all.begin(), all.end(), [](const auto* x, const auto* y) { return ComesBefore(*x, *y); });
   Append(step_size_, bytes);
-  Append(static_cast<uint64_t>(pairs_.size()), bytes);
-  for (const PairMemory& memory : pairs_) {
-    Append(memory.a->body->id.packed(), bytes);
-    Append(memory.b->body->id.packed(), bytes);
-    Append(memory.a->id, bytes);
-    Append(memory.b->id, bytes);
-    Append(static_cast<uint32_t>(memory.count), bytes);
-    for (size_t i = 0; i < memory.count; ++i) {
-      Append(memory.places[i], bytes);
-      Append(memory.impulses[i].normal, bytes);
-      Append(memory.impulses[i].friction, bytes);
+  Append(static_cast<uint64_t>(all.size()), bytes);
+  for (const PairMemory* memory : all) {
+    Append(memory->a->body->id.packed(), bytes);
+    Append(memory->b->body->id.packed(), bytes);
+    Append(memory->a->id, bytes);
+    Append(memory->b->id, bytes);
+    Append(static_cast<uint32_t>(memory->count), bytes);
+    for (size_t i = 0; i < memory->count; ++i) {
+      Append(memory->places[i], bytes);
+      Append(memory->impulses[i].normal, bytes);
+      Append(memory->impulses[i].friction, bytes);
     }
   }
 }

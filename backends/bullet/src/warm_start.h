@@ -28,11 +28,17 @@ struct PairMemory {
 /// The impulses by which contacts are recognised from step to step: all that this adapter remembers.
 class WarmStart {
  public:
-  /// Starts a new list of pairs; those of the last one are what is recognised.
+  /// Starts a new list of pairs; those of the last one, and those of bodies that were woken since, are recognised.
   void Begin();
 
   /// Adds the next pair, in canonical order, with impulses from where its points were before.
   void Add(const CandidatePair& pair, std::span<const ContactPoint> points);
+
+  /// Ends the list. What was not met again is forgotten, unless both sides rest and nobody has looked.
+  void End();
+
+  /// Tells that a body moves again.
+  void Wake() { has_woken_ = true; }
 
   void Forget(const Body& body);
 
@@ -45,8 +51,12 @@ class WarmStart {
   std::span<PairMemory> pairs() { return pairs_; }
 
  private:
+  void PassOver(const PairMemory& memory);
+
   std::vector<PairMemory> pairs_;
   std::vector<PairMemory> before_;
+  std::vector<PairMemory> resting_;  // in no order
+  bool has_woken_ = false;
   size_t next_before_ = 0;
   double step_size_ = 0;  // s, of the last solve; zero before the first
 };

@@ -43,6 +43,7 @@ void World::SetActive(std::span<const EntityRow> rows, bool active) {
     body(row).is_active = active;
     broad_phase_.Refile(body(row));
   }
+  if (active) warm_start_.Wake();
 }
 
 void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
@@ -90,6 +91,27 @@ void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
       contacts.points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});
     }
     warm_start_.Add(candidate, PointsOf(contacts.pairs.back(), contacts));
+  }
+  warm_start_.End();
+}
+
+void World::Recall(const ContactBuffer& solved) {
+  const auto find = [&](EntityRow row, GeometryRow geometry) {
+    for (PlacedGeometry& placed : body(row).geometries) {
+      if (placed.row == geometry) return &placed;
+    }
+    throw EngineFault("a contact to recall names a geometry that is not there");
+  };
+  warm_start_.Begin();
+  for (const ContactPair& pair : solved.pairs) {
+    if (pair.is_sensor) continue;
+    const auto points = std::span(solved.points).subspan(pair.first_point, pair.point_count);
+    const CandidatePair key{find(pair.entity_a, pair.geometry_a), find(pair.entity_b, pair.geometry_b)};
+    warm_start_.Add(key, points.first(std::min<size_t>(points.size(), Meeting::kPointsMax)));
+    PairMemory& memory = warm_start_.pairs().back();
+    for (size_t i = 0; i < memory.count; ++i) {
+      memory.impulses[i] = {points[i].normal_impulse, points[i].friction_impulse};
+    }
   }
 }
 

@@ -24,6 +24,7 @@ class World final : public BackendWorld {
   void SetStepper(const StepperSettings& settings) override { solver_.SetIterations(settings.iterations); }
   void Collide(const PairRule& rule, ContactBuffer& contacts) override;
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) override;
+  void Recall(const ContactBuffer& solved) override;
   void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
                 std::span<RayHit> hits) override;
   void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
