@@ -169,7 +169,8 @@ Status CommandValidator::operator()(const SetEngine& command) {
   const Backend* backend = world_.registry_.Find(command.engine);
   if (backend == nullptr) return absl::OkStatus();
   const auto check = [&](const EntityDesc& desc) {
-    return WithFieldPrefix(CheckFeatures(desc, backend->capabilities()), "engine");
+    const Status status = CheckFeatures(desc, backend->capabilities());
+    return status.ok() ? status : Refuse(Reason::kUnsupportedFeature, "engine", MessageOf(status));
   };
   for (const PreparedEntity& prepared : prepared_) GENPHYS_RETURN_IF_ERROR(check(*prepared.desc));
   for (const std::optional<SceneEntity>& entity : world_.scene().entities) {

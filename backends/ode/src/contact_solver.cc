@@ -3,6 +3,7 @@
 #include <ode/ode.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "genphys/backend.h"
@@ -22,9 +23,10 @@ constexpr double kPushOutSpeedMax = 0.3;
 // Softness of a contact, of the inverse of the masses that it moves: the exact solver divides by what redundant
 // contacts leave over. The iterative one needs none, and softness lets a heavy body creep down a slope.
 constexpr double kDirectSoftness = 1e-4;
-// Up to here more iterations than a preset's are nearly free.
-constexpr size_t kFewRows = 200;
-constexpr uint32_t kFewRowsIterations = 50;
+// Few rows get more iterations than a preset's, for this much work in all: a small stack that is solved to fewer digits
+// creeps by what is left over, and by most when another engine takes turns with this one.
+constexpr size_t kRowUpdates = 10'000;
+constexpr uint32_t kIterationsMax = 150;
 constexpr size_t kDirectContactsMax = 100;
 // Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
 // it keeps a resting body trembling.
@@ -120,6 +122,7 @@ void ContactSolver::Begin(uint32_t count, double step_size) {
   dJointGroupEmpty(contacts_);
   contact_count_ = 0;
   row_count_ = 0;
+  seed_ = 0;
   step_size_ = step_size;
   if (count > bodies_.size()) Grow(count);
   if (bodies_.size() > 2 * size_t{count} + kSpareMin) Shrink(count);
@@ -193,6 +196,14 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   dJointSetFeedback(joint, &feedback_[contact_count_]);
   ++contact_count_;
   row_count_ += contact.friction > 0 ? 3 : 1;
+  StirSeed(contact.depth);
+  for (double component : contact.relative_velocity) StirSeed(component);
+}
+
+void ContactSolver::StirSeed(double value) {
+  // Multiplication carries every bit upwards, the shift brings them down again (as in the finaliser of SplitMix64).
+  seed_ = (seed_ ^ std::bit_cast<uint64_t>(value)) * 0x9e3779b97f4a7c15u;
+  seed_ ^= seed_ >> 32;
 }
 
 double ContactSolver::Softness(const ContactConstraint& contact) const {
@@ -202,12 +213,13 @@ double ContactSolver::Softness(const ContactConstraint& contact) const {
 }
 
 uint32_t ContactSolver::Iterations() const {
-  const bool is_preset = settings_.iterations == kPresetIterations;
-  return is_preset && row_count_ <= kFewRows ? kFewRowsIterations : settings_.iterations;
+  if (settings_.iterations != kPresetIterations) return settings_.iterations;
+  const size_t affordable = kRowUpdates / std::max<size_t>(row_count_, 1);
+  return std::max(kPresetIterations, static_cast<uint32_t>(std::min<size_t>(affordable, kIterationsMax)));
 }
 
 void ContactSolver::Step() {
-  dRandSetSeed(seed_);
+  dRandSetSeed(static_cast<uint32_t>(seed_));
   is_faulted_ = true;
   int done = 0;
   if (is_direct_) {
@@ -218,7 +230,6 @@ void ContactSolver::Step() {
   }
   if (done == 0) throw EngineFault("ODE: not enough memory for a step");
   is_faulted_ = false;
-  seed_ = dRandGetSeed();
 }
 
 Motion ContactSolver::motion(uint32_t body) const {

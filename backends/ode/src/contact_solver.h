@@ -36,8 +36,8 @@ struct ContactConstraint {
   Vector3 other_velocity = Vector3::Zero();     // of an immovable other side at the point, m/s
 };
 
-/// One ODE world as a solver of contacts. It remembers nothing of the bodies from one solve to the next, only the seed:
-/// what a solve gives depends on what was put in since Begin(), on the step size and on the seed.
+/// One ODE world as a solver of contacts. It remembers nothing from one solve to the next: what a solve gives depends
+/// on what was put in since Begin() and on the step size.
 class ContactSolver {
  public:
   /// The iterations of every preset.
@@ -64,13 +64,12 @@ class ContactSolver {
   /// N*s on the `body` of the contact that was added as the `contact`th.
   Vector3 Impulse(size_t contact) const;
 
-  uint64_t seed() const { return seed_; }
-
  private:
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
   double Softness(const ContactConstraint& contact) const;
   uint32_t Iterations() const;
+  void StirSeed(double value);
 
   dxThreadingImplementation* threading_;
   dxWorld* world_;
@@ -86,6 +85,8 @@ class ContactSolver {
   double step_size_ = 0;
   bool is_direct_ = false;
   StepperSettings settings_;
+  // Of the random order of rows: drawn from the contacts, so that it is part of no state, and yet differs from step to
+  // step. The same order at each step would push in the same direction each time, and a stack would creep.
   uint64_t seed_ = 0;
   bool is_faulted_ = false;
 };

@@ -287,8 +287,8 @@ RayHit World::CastRay(const PairRule& rule, const Ray& ray, uint64_t collides_wi
 }
 
 void World::SaveState(std::string& bytes) const {
-  // Little-endian on every machine.
-  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(solver_.seed() >> shift & 0xff));
+  // Nothing is remembered from one solve to the next.
+  static_cast<void>(bytes);
 }
 
 }  // namespace genphys::ode_backend

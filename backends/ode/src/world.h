@@ -12,7 +12,7 @@
 namespace genphys::ode_backend {
 
 /// A world on ODE. The library's collision pairs and solver are used, and none of its spaces: what it gives depends on
-/// the columns, the seed and the active set alone, not on how these came about.
+/// the columns and the active set alone, not on how these came about.
 class World final : public BackendWorld {
  public:
   explicit World(const StepperSettings& settings) : solver_(settings) {}
