@@ -136,6 +136,21 @@ TEST(Genphysd, EndsStreamsAndLongCallsOnASignalAndExitsWellInTime) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kStopMax + kAllowance);
 }
 
+TEST(Health, IsToldForEachServiceAndForTheWhole) {
+  constexpr char kServing[] = "\x08\x01";  // HealthCheckResponse{status: SERVING}
+  TestServer server;
+  for (const std::string service :
+       {"", "genphys.v1.EngineService", "genphys.v1.WorldService", "genphys.v1.SimulationService"}) {
+    std::string request, reply;
+    if (!service.empty()) request = "\x0a" + std::string(1, static_cast<char>(service.size())) + service;
+    EXPECT_TRUE(CallRaw(server.channel(), "/grpc.health.v1.Health/Check", request, &reply).ok()) << service;
+    EXPECT_EQ(reply, kServing) << service;
+  }
+  std::string reply;
+  const grpc::Status unknown = CallRaw(server.channel(), "/grpc.health.v1.Health/Check", "\x0a\x01x", &reply);
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
 TEST(Shutdown, LetsACallUnderWayEnd) {
   TestServer server;
   const std::string world = server.CreateWorld().world().name();

@@ -264,6 +264,11 @@ Result<v1::PauseWorldResponse> HostedWorld::PauseWorld(const v1::PauseWorldReque
   return response;
 }
 
+void HostedWorld::Break(const Status& why) {
+  broken_ = true;
+  spdlog::error("{} is faulted: {}", name_, MessageOf(why));
+}
+
 std::optional<Pace::Clock::time_point> HostedWorld::Play(Pace::Clock::time_point slice_end) {
   while (pace_ && !faulted()) {
     const double step_size = world_->scene().world.stepper.step_size;

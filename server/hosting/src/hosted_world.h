@@ -60,7 +60,7 @@ class HostedWorld {
   void Stop() { pace_.reset(); }
 
   /// An exception came out of the world: from now on it can only be read, reset and deleted.
-  void Break() { broken_ = true; }
+  void Break(const Status& why);
 
   Stamp stamp();
   World& world() { return *world_; }

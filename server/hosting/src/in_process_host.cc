@@ -66,11 +66,14 @@ Result<Bytes> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
 
 // A call in the mailbox.
 struct InProcessHost::Pending {
+  Pending(WorldCall given_call, Reply given_reply)
+      : call(std::move(given_call)), reply(std::move(given_reply)), bytes(call.request.view.size()) {}
+
   WorldCall call;
   Reply reply;
-  size_t bytes = 0;
+  const size_t bytes;
   uint64_t fingerprint = 0;
-  std::optional<StepCall> step = std::nullopt;  // set: under way
+  std::optional<StepCall> step;  // set: under way
 };
 
 InProcessHost::InProcessHost(WorkerPool& pool) : pool_(pool), strand_(std::make_shared<Strand>(pool)) {}
@@ -102,7 +105,7 @@ void InProcessHost::Handle(WorldCall call, Reply reply) {
   const size_t bytes = call.request.view.size();
   const size_t calls_before = waiting_calls_.fetch_add(1);
   const size_t bytes_before = waiting_bytes_.fetch_add(bytes);
-  auto pending = std::make_shared<Pending>(Pending{std::move(call), std::move(reply), bytes});
+  auto pending = std::make_shared<Pending>(std::move(call), std::move(reply));
   if (calls_before >= kMailboxCallsMax || bytes_before + bytes > kMailboxBytesMax) {
     return Finish(*pending, Refuse(Reason::kLimitExceeded, "", "too many requests wait for this world"));
   }
@@ -185,8 +188,7 @@ Progress InProcessHost::ServeStep(Pending& pending) {
 }
 
 Status InProcessHost::Broken(const Status& why) {
-  hosted_->Break();
-  spdlog::error("a world is faulted: {}", MessageOf(why));
+  hosted_->Break(why);
   return why;
 }
 

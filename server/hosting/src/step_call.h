@@ -1,4 +1,6 @@
 #pragma once
+#include <google/protobuf/arena.h>
+
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -33,7 +35,8 @@ class StepCall {
 
   HostedWorld& hosted_;
   WorldCall call_;
-  v1::StepRequest request_;
+  google::protobuf::Arena arena_;  // a thousand commands are one allocation then
+  v1::StepRequest& request_ = *google::protobuf::Arena::CreateMessage<v1::StepRequest>(&arena_);
   v1::StepResponse response_;
   bool begun_ = false;
   bool has_effect_ = false;

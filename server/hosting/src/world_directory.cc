@@ -1,5 +1,7 @@
 #include "genphys/hosting/world_directory.h"
 
+#include <spdlog/spdlog.h>
+
 #include <exception>
 #include <optional>
 #include <random>
@@ -110,6 +112,7 @@ void WorldDirectory::MakeWorld(const std::shared_ptr<Creation>& creation) {
     const std::lock_guard lock(mutex_);
     worlds_[creation->key] = *host;
   }
+  spdlog::debug("{} created", creation->key.name);
   if (draining_) (*host)->Drain(Draining());
   // The reply to GetWorld has the fields of the reply to CreateWorld under the same numbers.
   WorldCall get{.method = WorldMethod::kGetWorld};
@@ -247,6 +250,7 @@ void WorldDirectory::Handle(WorldCall call, Reply reply) {
       if (found != worlds_.end() && found->second != nullptr) {
         host = std::move(found->second);
         worlds_.erase(found);
+        spdlog::debug("{} deleted", key.name);
       }
     } else {
       host = Find(key);

@@ -1,0 +1,167 @@
+// What an engine that fails does to its world, and what it does not do to others.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "genphys/backend.h"
+#include "genphys/hosting/in_process_host.h"
+#include "genphys/hosting/world_methods.h"
+#include "genphys/v1/simulation_service.pb.h"
+
+namespace genphys {
+namespace {
+
+constexpr std::chrono::seconds kPatience{60};  // only what hangs meets it
+
+enum class Failure { kNone, kFault, kNoMemory };
+
+// Moves nothing, and fails in every step when told to.
+class FlakyWorld final : public BackendWorld {
+ public:
+  explicit FlakyWorld(const std::atomic<Failure>& failure) : failure_(failure) {}
+  void AddBody(const BodyDesc&, const StateArrays&) override {}
+  void RemoveBody(EntityRow) override {}
+  void SetActive(std::span<const EntityRow>, bool) override {}
+  void WriteState(std::span<const EntityRow>, const StateArrays&) override {}
+  void SetStepper(const StepperSettings&) override {}
+  void Collide(const PairRule&, ContactBuffer& contacts) override { contacts.Clear(); }
+  void Solve(double, std::span<const EntityRow>, StateArrays&, ContactBuffer&) override {
+    if (failure_ == Failure::kFault) throw EngineFault("on purpose");
+    if (failure_ == Failure::kNoMemory) throw std::bad_alloc();
+  }
+  void CastRays(const PairRule&, std::span<const Ray>, uint64_t, std::span<RayHit>) override {}
+  void SaveState(std::string&) const override {}
+
+ private:
+  const std::atomic<Failure>& failure_;
+};
+
+class FlakyBackend final : public Backend {
+ public:
+  FlakyBackend(const std::string& name, const std::atomic<Failure>& failure)
+      : failure_(failure), capabilities_(name, "1", {Feature::kShapeSphere, Feature::kContacts}) {}
+  const Capabilities& capabilities() const override { return capabilities_; }
+  StepperSettings Resolve(const StepperDesc&) const override { return {}; }
+  std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings&) const override {
+    return std::make_unique<FlakyWorld>(failure_);
+  }
+  Status SelfTest() const override { return absl::OkStatus(); }
+
+ private:
+  const std::atomic<Failure>& failure_;
+  const Capabilities capabilities_;
+};
+
+class Bench {
+ public:
+  Bench() {
+    registry.Add(std::make_unique<FlakyBackend>("flaky", failure));
+    registry.Add(std::make_unique<FlakyBackend>("steady", never));
+  }
+
+  std::shared_ptr<WorldHost> MakeWorldWithBall(const std::string& name, const std::string& engine = "flaky") {
+    auto host = InProcessHost::Create(registry, pool, name, v1::World(), engine);
+    EXPECT_TRUE(host.ok()) << host.status().ToString();
+    v1::CreateEntityRequest request;
+    request.set_world(name);
+    request.mutable_entity()->mutable_rigid_body()->add_geometries()->mutable_shape()->mutable_sphere()->set_radius(1);
+    EXPECT_TRUE(Ask(**host, WorldMethod::kCreateEntity, request).ok());
+    return *host;
+  }
+  static Result<Bytes> Ask(WorldHost& host, WorldMethod method, const google::protobuf::Message& request) {
+    auto promise = std::make_shared<std::promise<Result<Bytes>>>();
+    host.Handle({.method = method, .request = EncodeReply(request)},
+                [promise](Result<Bytes> reply) { promise->set_value(std::move(reply)); });
+    auto future = promise->get_future();
+    if (future.wait_for(kPatience) != std::future_status::ready) return absl::DeadlineExceededError("no reply came");
+    return future.get();
+  }
+  static Status Step(WorldHost& host) {
+    v1::StepRequest request;
+    request.set_world("worlds/any");
+    return Ask(host, WorldMethod::kStep, request).status();
+  }
+  static v1::World::State StateOf(WorldHost& host) {
+    v1::GetWorldRequest request;
+    request.set_name("worlds/any");
+    const Result<Bytes> reply = Ask(host, WorldMethod::kGetWorld, request);
+    v1::GetWorldResponse response;
+    EXPECT_TRUE(reply.ok() && response.ParseFromArray(reply->view.data(), static_cast<int>(reply->view.size())));
+    return response.world().state();
+  }
+
+  std::atomic<Failure> failure = Failure::kNone;
+  const std::atomic<Failure> never = Failure::kNone;
+  BackendRegistry registry;
+  WorkerPool pool{2};
+};
+
+class FailingEngine : public ::testing::TestWithParam<Failure> {};
+
+TEST_P(FailingEngine, FaultsItsWorldWhichCanStillBeReadAndReset) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  ASSERT_TRUE(Bench::Step(*host).ok());
+  bench.failure = GetParam();
+
+  const Status failed = Bench::Step(*host);
+  EXPECT_EQ(failed.code(), GetParam() == Failure::kFault ? absl::StatusCode::kAborted : absl::StatusCode::kInternal)
+      << failed.ToString();
+
+  EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_FAULTED);
+  EXPECT_EQ(RefusalOf(Bench::Step(*host))->reason, Reason::kWorldFaulted);
+  v1::ResetWorldRequest reset;
+  reset.set_name("worlds/a");
+  bench.failure = Failure::kNone;
+  EXPECT_TRUE(Bench::Ask(*host, WorldMethod::kResetWorld, reset).ok());
+  EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_PAUSED);
+  EXPECT_TRUE(Bench::Step(*host).ok());
+}
+
+TEST_P(FailingEngine, StopsAWorldThatPlays) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  v1::PlayWorldRequest play;
+  play.set_name("worlds/a");
+  play.set_real_time_factor(0);
+  ASSERT_TRUE(Bench::Ask(*host, WorldMethod::kPlayWorld, play).ok());
+  ASSERT_EQ(Bench::StateOf(*host), v1::World::STATE_PLAYING);
+
+  bench.failure = GetParam();
+
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (Bench::StateOf(*host) == v1::World::STATE_PLAYING) ASSERT_LT(std::chrono::steady_clock::now(), give_up);
+  EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_FAULTED);
+}
+
+TEST_P(FailingEngine, DoesNotDisturbOtherWorlds) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  const auto other = bench.MakeWorldWithBall("worlds/b", "steady");
+  bench.failure = GetParam();
+
+  EXPECT_FALSE(Bench::Step(*host).ok());
+
+  EXPECT_TRUE(Bench::Step(*other).ok());
+}
+
+INSTANTIATE_TEST_SUITE_P(InEveryWay, FailingEngine, ::testing::Values(Failure::kFault, Failure::kNoMemory));
+
+TEST(InProcessHost, AnswersWhatWaitsForADeletedWorld) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  v1::DeleteWorldRequest request;
+  request.set_name("worlds/a");
+
+  EXPECT_TRUE(Bench::Ask(*host, WorldMethod::kDeleteWorld, request).ok());
+
+  EXPECT_EQ(RefusalOf(Bench::Step(*host))->reason, Reason::kWorldNotFound);
+  EXPECT_EQ(RefusalOf(Bench::Ask(*host, WorldMethod::kDeleteWorld, request).status())->reason, Reason::kWorldNotFound);
+}
+
+}  // namespace
+}  // namespace genphys
