@@ -87,11 +87,12 @@ Status CheckBody(const RigidBody& body) {
   GENPHYS_RETURN_IF_ERROR(CheckVector(body.angular_velocity, Limits::kSpinMax, "angular_velocity"));
   GENPHYS_RETURN_IF_ERROR(CheckNumber(body.linear_damping, 0, Limits::kDampingMax, "linear_damping"));
   GENPHYS_RETURN_IF_ERROR(CheckNumber(body.angular_damping, 0, Limits::kDampingMax, "angular_damping"));
-  if (body.motion_type == MotionType::kStatic &&
-      (!body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0))) {
-    return Refuse(Reason::kInvalidValue, "linear_velocity", "a static entity has no velocity");
-  }
-  return absl::OkStatus();
+  if (body.motion_type != MotionType::kStatic) return absl::OkStatus();
+  const auto refuse = [](std::string_view field) {
+    return Refuse(Reason::kInvalidValue, field, "a static entity has no velocity");
+  };
+  if (!body.linear_velocity.isZero(0)) return refuse("linear_velocity");
+  return body.angular_velocity.isZero(0) ? absl::OkStatus() : refuse("angular_velocity");
 }
 
 void NumberGeometries(std::vector<Geometry>& geometries) {
