@@ -53,6 +53,18 @@ TEST(OdeContacts, OrdersTheGeometriesOfAPairByEntityFirst) {
   EXPECT_EQ(bench.contacts.pairs[0].entity_a, first);
 }
 
+TEST(OdeContacts, PushesABallOffTheAxisOfACylinderInSomeDirection) {
+  Bench bench;
+  bench.Add(Cylinder{0.5, 0.5}, {0, 0, 5});
+  bench.Add(kUnitBall, {0, 0, 5});
+
+  bench.Collide();
+
+  ASSERT_EQ(bench.contacts.points.size(), 1u);
+  EXPECT_NEAR(bench.contacts.points[0].normal.norm(), 1, kRounding);
+  EXPECT_NEAR(bench.contacts.points[0].normal.z(), 0, kRounding);
+}
+
 TEST(OdeContacts, FindsEveryPairOfManyThatMoveSleepAndGo) {
   constexpr int kCount = 200;
   Bench bench;

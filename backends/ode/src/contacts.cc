@@ -40,6 +40,14 @@ void PutBestFirst(Found& found, int count) {
   }
 }
 
+// ODE has no direction in which to push a sphere whose centre lies on the axis of a cylinder, and tells none that is
+// finite: any across the axis is as good.
+Vector3 AcrossCylinder(const PlacedShape& a, const PlacedShape& b) {
+  const dGeomID cylinder = dGeomGetClass(a.geom()) == dCylinderClass ? a.geom() : b.geom();
+  const dReal* const rotation = dGeomGetRotation(cylinder);
+  return {rotation[0], rotation[4], rotation[8]};
+}
+
 }  // namespace
 
 uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
@@ -53,6 +61,7 @@ uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<Cont
     ContactPoint& point = points.emplace_back();
     point.position = {contact.pos[0], contact.pos[1], contact.pos[2]};
     point.normal = {contact.normal[0], contact.normal[1], contact.normal[2]};
+    if (!point.normal.allFinite()) point.normal = AcrossCylinder(a, b);
     point.depth = contact.depth - a.Skin(point.normal) - b.Skin(point.normal);
   }
   return static_cast<uint32_t>(kept);
