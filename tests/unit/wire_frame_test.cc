@@ -14,7 +14,7 @@ namespace {
 template <typename Scalar>
 std::vector<Scalar> Scalars(const std::string& bytes) {
   std::vector<Scalar> scalars(bytes.size() / sizeof(Scalar));
-  std::memcpy(scalars.data(), bytes.data(), scalars.size() * sizeof(Scalar));
+  if (!scalars.empty()) std::memcpy(scalars.data(), bytes.data(), scalars.size() * sizeof(Scalar));
   return scalars;
 }
 
