@@ -64,7 +64,10 @@ Prediction Predict(double x) {
 }
 
 [[noreturn]] void GiveUp(const Status& status) {
-  std::fprintf(stderr, "crate_and_ball: %s\n", status.ToString().c_str());
+  std::fprintf(stderr, "crate_and_ball: %s\n", MessageOf(status).c_str());
+  if (const std::optional<Refusal> refusal = RefusalOf(status)) {
+    std::fprintf(stderr, "refused for %s %s\n", std::string(NameOf(refusal->reason)).c_str(), refusal->field.c_str());
+  }
   std::exit(2);
 }
 
