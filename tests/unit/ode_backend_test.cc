@@ -304,10 +304,11 @@ TEST(OdeBackend, GivesTwoWorldsOnTwoThreadsTheBitsTheyHaveAlone) {
 
   EXPECT_EQ(left.state.positions, alone.state.positions);
   EXPECT_EQ(right.state.positions, alone.state.positions);
+  constexpr size_t kManyContacts = 20;  // enough for the solver to draw random numbers
+  EXPECT_GT(alone.contacts.points.size(), kManyContacts);
   std::string bytes;
   alone.world().SaveState(bytes);
-  EXPECT_EQ(bytes.size(), 4u);
-  EXPECT_NE(bytes, std::string(4, '\0')) << "no random number was drawn, so nothing was tested";
+  EXPECT_TRUE(bytes.empty()) << "nothing is remembered from one solve to the next";
 }
 
 TEST(OdeBackend, GivesTheSameBitsWhateverWasThereBefore) {
