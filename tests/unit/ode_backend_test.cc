@@ -165,6 +165,24 @@ TEST(OdeBackend, SolvesAPileIterativelyThatIsTooLargeForTheDirectSolver) {
   EXPECT_EQ(direct.state.positions, iterative.state.positions);
 }
 
+TEST(OdeBackend, SolvesBodiesIterativelyThatAreTooUnequalForTheDirectSolver) {
+  // On either side of the spread of a million that the direct solver is given.
+  for (const auto& [mass, is_direct] : {std::pair(1e-2, true), std::pair(1e-6, false)}) {
+    Bench direct(With(Solver::kDirect));
+    Bench iterative(With(Solver::kIterative));
+    for (Bench* bench : {&direct, &iterative}) {
+      bench->AddGround();
+      bench->Add(kUnitBox, {0, 0, 0.49});
+      RigidBody light = Bench::BodyOf(kUnitBox);
+      light.inertia.mass = mass;
+      bench->Add(light, {{0, 0, 1.48}, Quaternion::Identity()});
+      for (int i = 0; i < 5; ++i) bench->Step();
+    }
+
+    EXPECT_EQ(direct.state.positions != iterative.state.positions, is_direct) << mass;
+  }
+}
+
 TEST(OdeBackend, ThrowsABallOffTheEdgeOfABox) {
   Bench bench;
   bench.AddGround();

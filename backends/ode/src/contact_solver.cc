@@ -28,6 +28,9 @@ constexpr double kDirectSoftness = 1e-4;
 constexpr size_t kRowUpdates = 10'000;
 constexpr uint32_t kIterationsMax = 150;
 constexpr size_t kDirectContactsMax = 100;
+// The exact solver eliminates one contact after the other. Where a feather meets a mountain too little is left of the
+// sixteen digits of a number, and it fails; the iterative one only comes nearer the solution more slowly.
+constexpr double kDirectSpreadMax = 1e6;
 // Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
 // it keeps a resting body trembling.
 constexpr double kSlipGate = 0.02 * 9.81;
@@ -170,9 +173,9 @@ void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties
   dBodySetAngularVel(id, w.x(), w.y(), w.z());
 }
 
-void ContactSolver::ReserveContacts(size_t count) {
+void ContactSolver::ReserveContacts(size_t count, double spread) {
   if (feedback_.size() < count) feedback_.resize(count);
-  is_direct_ = settings_.solver == Solver::kDirect && count <= kDirectContactsMax;
+  is_direct_ = may_be_direct() && count <= kDirectContactsMax && spread <= kDirectSpreadMax;
 }
 
 void ContactSolver::AddContact(const ContactConstraint& contact) {

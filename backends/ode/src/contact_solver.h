@@ -54,8 +54,11 @@ class ContactSolver {
   void Begin(uint32_t count, double step_size);
   /// Each of 0..count-1 must be set. `serial` tells bodies apart whose mass is not the same.
   void SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion);
-  /// Tells how many contacts will be added at most; must be called before the first.
-  void ReserveContacts(size_t count);
+  /// Whether contacts may be solved all at once.
+  bool may_be_direct() const { return settings_.solver == Solver::kDirect; }
+  /// Tells how many contacts will be added at most, and how many times more the easiest of them gives way to a push
+  /// than the hardest; must be called before the first.
+  void ReserveContacts(size_t count, double spread = 1);
   void AddContact(const ContactConstraint& contact);
   /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
   void Step();

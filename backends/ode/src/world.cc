@@ -1,6 +1,7 @@
 #include "world.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "contacts.h"
 #include "library.h"
@@ -200,11 +201,35 @@ World::Side World::SideOf(EntityRow row, const StateArrays& state) const {
   return {body.solved_as, motion.position, motion.linear_velocity, motion.angular_velocity};
 }
 
+// Change of velocity per impulse at a point, 1/kg, at most: whatever the direction of the push.
+double World::MobilityAt(const Vector3& point, EntityRow row, const StateArrays& state) const {
+  const Body& body = bodies_[Index(row)];
+  if (body.solved_as == kUnsolved) return 0;
+  const double arm = (point - MotionOf(row, state).position).squaredNorm();
+  return 1 / body.mass.mass + arm * body.mass.inverse_tensor.norm();
+}
+
+double World::MobilitySpread(const StateArrays& state, const ContactBuffer& contacts) const {
+  double highest = 0, lowest = std::numeric_limits<double>::infinity();
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor) continue;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
+        const double mobility = MobilityAt(contacts.points[i].position, row, state);
+        if (mobility == 0) continue;
+        highest = std::max(highest, mobility);
+        lowest = std::min(lowest, mobility);
+      }
+    }
+  }
+  return highest > 0 ? highest / lowest : 1;
+}
+
 void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
   size_t count = 0;
   for (const ContactPair& pair : contacts.pairs) count += pair.is_sensor ? 0 : pair.point_count;
-  solver_.ReserveContacts(count);
+  solver_.ReserveContacts(count, solver_.may_be_direct() ? MobilitySpread(state, contacts) : 1);
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
     const Side a = SideOf(pair.entity_a, state);

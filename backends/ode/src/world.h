@@ -80,6 +80,8 @@ class World final : public BackendWorld {
   void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
   void LoadContact(const ContactPoint& point, uint32_t index, const Side& a, const Side& b);
   Side SideOf(EntityRow row, const StateArrays& state) const;
+  double MobilityAt(const Vector3& point, EntityRow row, const StateArrays& state) const;
+  double MobilitySpread(const StateArrays& state, const ContactBuffer& contacts) const;
   void StoreImpulses(ContactBuffer& contacts) const;
   void StoreBodies(StateArrays& state);
   void Fly(EntityRow row, double step_size, StateArrays& state);
