@@ -108,9 +108,9 @@ grpc::Status CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::s
 }
 
 ServerProcess::ServerProcess(std::vector<std::string> arguments) {
-  const char* const program = std::getenv("GENPHYSD");
+  const char* const program = std::getenv("GENPHYS_SERVER");
   if (program == nullptr) {
-    ADD_FAILURE() << "GENPHYSD does not say where the server is";
+    ADD_FAILURE() << "GENPHYS_SERVER does not say where the server is";
     std::abort();
   }
   arguments.insert(arguments.begin(), program);

@@ -109,7 +109,7 @@ void ExpectRefusal(const Status& status, Reason reason, const std::string& field
 grpc::Status CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                      const std::string& request, std::string* response);
 
-/// A genphysd of this build in a process of its own ($GENPHYSD).
+/// A genphysd of this build in a process of its own ($GENPHYS_SERVER).
 class ServerProcess {
  public:
   explicit ServerProcess(std::vector<std::string> arguments);
