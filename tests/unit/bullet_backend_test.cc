@@ -191,6 +191,31 @@ TEST(BulletResting, GoesOnWhereItWasWhenAStackIsWoken) {
   }
 }
 
+TEST(BulletResting, GoesOnWhereItWasFromImpulsesThatAreRecalled) {
+  const auto build = [](Bench& bench) {
+    bench.Add(kGround, Vector3::Zero(), MotionType::kStatic);
+    for (int i = 0; i < 5; ++i) bench.Add(kUnitBox, {0, 0, 0.5 + i});
+  };
+  StepperDesc few;
+  few.iterations = 1;
+  Bench before(few), recalling(few), starting(few);
+  for (Bench* bench : {&before, &recalling, &starting}) build(*bench);
+  before.Run(2400);
+  for (Bench* bench : {&recalling, &starting}) {
+    bench->state = before.state;
+    bench->world->WriteState(bench->moving, bench->state);
+  }
+
+  recalling.world->Recall(before.contacts);
+  recalling.Run(1);
+  starting.Run(1);
+
+  // One iteration cannot find what holds five boxes, but it can keep it.
+  const EntityRow lowest = before.moving.front();
+  EXPECT_LT(recalling.velocity(lowest).norm(), 1e-3);
+  EXPECT_GT(starting.velocity(lowest).norm(), 1e-2);
+}
+
 TEST(BulletResting, HasNoSpeedAfterADeepOverlap) {
   Bench bench;
   bench.Add(kGround, Vector3::Zero(), MotionType::kStatic);
