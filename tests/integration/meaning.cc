@@ -1,0 +1,97 @@
+#include "integration/meaning.h"
+
+#include "genphys/v1/engine_service.pb.h"
+#include "genphys/v1/stepper.pb.h"
+#include "support/scenes.h"
+
+namespace genphys::testing {
+namespace {
+
+constexpr char kAny[] = ".*";
+constexpr char kLargestId[] = "largest of its type";
+constexpr char kLongest[] = "at max length";
+
+// Names of things that are not there.
+struct Known {
+  const char* where;
+  const char* probe;
+  Reason reason;
+  const char* blamed;
+};
+
+const std::vector<Known> kNames{
+    {R"(GetEngineRequest\.(name))", kLongest, Reason::kInvalidValue, "$1"},
+    {R"([A-Za-z]+Request\.(world|name))", kLongest, Reason::kWorldNotFound, "$1"},
+    {R"(CreateWorldRequest\.(world\.engine))", kLongest, Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.set_engine\.engine))", kLongest, Reason::kInvalidValue, "$1"},
+    {R"([A-Za-z]+Request\.(page_token))", kLongest, Reason::kInvalidValue, "$1"},
+    {R"([A-Za-z]+Request\.(entity_id|force\.entity_id))", kLargestId, Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.[a-z_]+\.entity_id))", kLargestId, Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.update_entity\.entity\.id))", kLargestId, Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.update_entity\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
+    // What a column is lengthened by is zeros.
+    {R"(StepRequest\.(commands\[0\]\.apply_forces)\..*)", "at max rows", Reason::kMissingField, "$1.entity_ids[0]"},
+    // The present is neither there nor then.
+    {R"(StepRequest\.(expected_step))", kLargestId, Reason::kStepMismatch, "$1"},
+    {R"(WatchEventsRequest\.(after_sequence))", kLargestId, Reason::kOutOfRange, "$1"},
+};
+
+// What no engine of this server has.
+const std::vector<Known> kNowhere{
+    {R"(StepRequest\.(.*_joint\.joint\.hinge)\..*)", kAny, Reason::kUnsupportedFeature, "$1"},
+    {R"(StepRequest\.(.*_joint\.joint)\..*)", kAny, Reason::kUnsupportedFeature, "$1.ball"},
+    {R"(StepRequest\.(.*update_joint)\.update_mask.*)", kAny, Reason::kUnsupportedFeature, "$1.joint.ball"},
+    {R"(StepRequest\.(.*delete_joint\.joint_id))", kAny, Reason::kUnsupportedFeature, "$1"},
+    {R"(StepRequest\.(.*set_motors)\..*)", kAny, Reason::kUnsupportedFeature, "$1.joint_ids"},
+    {R"([A-Za-z]+Request\.(.*\.shape\.(convex_hull|triangle_mesh|heightfield))\..*)", kAny, Reason::kUnsupportedFeature,
+     "$1"},
+    {R"([A-Za-z]+Request\.(.*\.error_correction)\..*)", kAny, Reason::kUnsupportedFeature, "$1"},
+};
+
+// What no body is. The neighbours that are possible have tests of their own.
+const std::vector<Known> kImpossible{
+    // The entities of these cases are dynamic, and a half space is not.
+    {R"([A-Za-z]+Request\.(.*\.shape\.plane)\..*)", kAny, Reason::kInvalidValue, "$1"},
+    // With all other elements 1, no element makes a tensor that is positive definite.
+    {R"([A-Za-z]+Request\.(.*\.inertia\.tensor).*)", kAny, Reason::kInvalidValue, "$1"},
+};
+
+}  // namespace
+
+Meaning::Meaning(const std::string& engine) {
+  for (const auto* some : {&kNames, &kNowhere, &kImpossible}) {
+    for (const Known& known : *some) rules_.push_back({known.where, known.probe, known.reason, known.blamed});
+  }
+  const Capabilities& capabilities = Engines().Find(engine)->capabilities();
+  for (int number = v1::Feature_MIN + 1; number <= v1::Feature_MAX; ++number) {
+    if (capabilities.Has(static_cast<Feature>(number))) continue;
+    rules_.push_back({R"(CreateWorldRequest\.world\.required_features\[0\])", "number " + std::to_string(number),
+                      Reason::kUnsupportedFeature, "world.engine"});
+  }
+  if (!capabilities.Has(Feature::kSolverDirect)) {
+    rules_.push_back({R"((?:CreateWorld|Step)Request\.(.*stepper\.solver))",
+                      "number " + std::to_string(v1::Stepper::SOLVER_DIRECT), Reason::kUnsupportedFeature, "$1"});
+  }
+}
+
+std::optional<Refusal> Meaning::RefusalFor(const LimitCase& probe) {
+  const std::string where = probe.request.GetDescriptor()->name() + "." + probe.field;
+  for (Rule& rule : rules_) {
+    std::smatch match;
+    if (!std::regex_match(where, match, rule.where_pattern)) continue;
+    if (!std::regex_match(probe.probe, rule.probe_pattern)) continue;
+    rule.used = true;
+    return Refusal{rule.reason, match.format(rule.blamed)};
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> Meaning::Unused() const {
+  std::vector<std::string> unused;
+  for (const Rule& rule : rules_) {
+    if (!rule.used) unused.push_back(rule.where + " " + rule.probe);
+  }
+  return unused;
+}
+
+}  // namespace genphys::testing
