@@ -13,6 +13,8 @@ using std::numbers::pi;
 
 // Rounding in a tensor that a client computed itself must not make a flat plate impossible.
 constexpr double kTriangleSlack = 1e-6;
+// Principal moments below this part of the largest cannot be told from nothing, and make the inverse meaningless.
+constexpr double kMomentRatioMin = 1e-12;
 // Relative difference of principal moments below which rotation without torque is taken as uniform.
 constexpr double kSphericalTolerance = 1e-12;
 
@@ -63,25 +65,41 @@ struct TensorOf {
 
 struct Sum {
   double mass = 0;
-  Vector3 moment = Vector3::Zero();  // mass times position
-  Matrix3 about_origin = Matrix3::Zero();
+  Vector3 center = Vector3::Zero();  // of mass
+  Matrix3 tensor = Matrix3::Zero();  // about the centre
 };
 
 // Of all solid geometries at their densities, in the frame of the entity. Sensors weigh nothing.
 Sum SumOf(const std::vector<Geometry>& geometries) {
   Sum sum;
-  for (const Geometry& geometry : geometries) {
-    if (geometry.is_sensor) continue;
-    const double density = *geometry.material.density;
-    const double mass = density * Volume(geometry.shape);
-    const Vector3& at = geometry.pose_in_entity.position;
-    const Matrix3 rotation = geometry.pose_in_entity.orientation.toRotationMatrix();
+  const auto visit_solids = [&](const auto& visit) {
+    for (const Geometry& geometry : geometries) {
+      if (!geometry.is_sensor) visit(geometry, *geometry.material.density * Volume(geometry.shape));
+    }
+  };
+  visit_solids([&](const Geometry& geometry, double mass) {
     sum.mass += mass;
-    sum.moment += mass * at;
-    sum.about_origin +=
-        density * rotation * UnitDensityTensor(geometry.shape) * rotation.transpose() + Steiner(mass, at);
-  }
+    sum.center += mass * geometry.pose_in_entity.position;
+  });
+  if (!(sum.mass > 0)) return {};
+  sum.center /= sum.mass;
+  // About the centre from the start: far from the origin, nothing of the tensor would be left after moving it there.
+  visit_solids([&](const Geometry& geometry, double mass) {
+    const Matrix3 rotation = geometry.pose_in_entity.orientation.toRotationMatrix();
+    sum.tensor += *geometry.material.density * rotation * UnitDensityTensor(geometry.shape) * rotation.transpose() +
+                  Steiner(mass, geometry.pose_in_entity.position - sum.center);
+  });
   return sum;
+}
+
+// A needle's smallest moment is lost in the rounding of its largest, and may come out as nothing or less. It is then
+// made as small as can be told.
+Matrix3 WithoutLostMoments(const Matrix3& tensor) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(tensor);
+  const double smallest = kMomentRatioMin * solver.eigenvalues()[2];
+  if (solver.eigenvalues()[0] > smallest) return tensor;
+  const Vector3 moments = solver.eigenvalues().cwiseMax(smallest);
+  return solver.eigenvectors() * moments.asDiagonal() * solver.eigenvectors().transpose();
 }
 
 bool IsSpherical(const Matrix3& tensor) {
@@ -98,8 +116,7 @@ Matrix3 UnitDensityTensor(const Shape& shape) { return std::visit(TensorOf{}, sh
 Status CheckTensor(const Matrix3& tensor, std::string_view field) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(tensor, Eigen::EigenvaluesOnly);
   const Vector3 moments = solver.eigenvalues();  // ascending
-  // Principal moments far below the largest are lost in rounding and would make the inverse meaningless.
-  if (!(moments[0] > 1e-12 * moments[2])) {
+  if (!(moments[0] > kMomentRatioMin * moments[2])) {
     return Refuse(Reason::kInvalidValue, field, "the inertia tensor is not positive definite");
   }
   if (moments[0] + moments[1] < moments[2] * (1 - kTriangleSlack)) {
@@ -118,15 +135,14 @@ Result<MassProperties> ComputeMassProperties(const RigidBody& body) {
                   "a dynamic body without a solid shape that has volume needs inertia.mass");
   }
   result.mass = given.mass.value_or(sum.mass);
-  const Vector3 center_of_shapes = sum.mass > 0 ? Vector3(sum.moment / sum.mass) : Vector3(Vector3::Zero());
-  result.center_of_mass = given.center_of_mass.value_or(center_of_shapes);
+  result.center_of_mass = given.center_of_mass.value_or(sum.center);
   if (given.tensor) {
     GENPHYS_RETURN_IF_ERROR(CheckTensor(*given.tensor, "inertia.tensor"));
     result.tensor = *given.tensor;
   } else if (sum.mass > 0) {
     // The same form about the centre that was asked for, scaled to the mass that was asked for.
-    const Matrix3 central = sum.about_origin - Steiner(sum.mass, center_of_shapes);
-    result.tensor = central * (result.mass / sum.mass) + Steiner(result.mass, result.center_of_mass - center_of_shapes);
+    result.tensor = WithoutLostMoments(sum.tensor * (result.mass / sum.mass) +
+                                       Steiner(result.mass, result.center_of_mass - sum.center));
   } else {
     return Refuse(Reason::kMissingField, "inertia.tensor",
                   "a dynamic body without a solid shape that has volume needs inertia.tensor");

@@ -91,5 +91,26 @@ TEST_P(LiveExtremes, OfNearnessPartTwoBodiesOfAnyShapes) {
   }
 }
 
+TEST_P(LiveExtremes, OfFormAndPlaceMakeABodyThatTurns) {
+  const std::vector<std::string> shapes{"sphere { radius: 1e-5 }", "box { half_extents { x: 1e-5 y: 1e5 z: 1e-5 } }",
+                                        "cylinder { radius: 1e-5 half_length: 1e5 }",
+                                        "capsule { radius: 1e5 half_length: 1e-5 }"};
+  const std::vector<std::string> poses{"", "pose_in_entity { position { x: 1e7 y: -1e7 z: 3e6 } }",
+                                       "pose_in_entity { orientation { w: 0.6 y: 0.8 } }"};
+  const std::vector<std::string> inertias{"", "inertia { mass: 1e-9 }",
+                                          "inertia { mass: 1e9 center_of_mass { x: 1e5 y: 1e5 } }"};
+
+  for (const std::string& shape : shapes) {
+    for (const std::string& pose : poses) {
+      for (const std::string& inertia : inertias) {
+        bench_.TryStep("commands { create_entity { entity { pose { position { z: 50 } } rigid_body { " + inertia +
+                           " angular_velocity { x: 1e4 y: 1 z: 1e4 } geometries { " + pose + " shape { " + shape +
+                           " } } } } } }",
+                       "accepted");
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -90,6 +90,28 @@ TEST(MassProperties, AMassAloneScalesTheTensorOfTheShapes) {
   EXPECT_LE((mass->tensor - dense * (2 / weight)).norm(), kRounding * dense.norm());
 }
 
+TEST(MassProperties, OfAShapeFarFromItsEntityAreThoseOfTheShape) {
+  RigidBody near = BodyOf(Box{{1e-5, 2e-5, 3e-5}}), far = near;
+  far.geometries[0].pose_in_entity.position = {1e7, -1e7, 3e6};
+
+  const MassProperties expected = *ComputeMassProperties(near), got = *ComputeMassProperties(far);
+
+  EXPECT_LE((got.tensor - expected.tensor).norm(), kRounding * expected.tensor.norm());
+}
+
+TEST(MassProperties, OfANeedleCanBeInvertedHoweverItLies) {
+  // The smallest moment is raised to 1e-12 of the largest, and the inverse of that has four digits left.
+  constexpr double kDigits = 1e-3;
+  for (const double angle : {0.0, 0.3, 1.0}) {
+    RigidBody needle = BodyOf(Cylinder{1e-5, 1e5});
+    needle.geometries[0].pose_in_entity.orientation = Eigen::AngleAxisd(angle, Vector3(1, 2, 0).normalized());
+
+    const MassProperties mass = *ComputeMassProperties(needle);
+
+    EXPECT_LE((mass.inverse_tensor * mass.tensor - Matrix3::Identity()).norm(), kDigits) << angle;
+  }
+}
+
 TEST(MassProperties, ABallTurnsUniformly) { EXPECT_TRUE(ComputeMassProperties(BodyOf(Sphere{0.5}))->spherical); }
 
 TEST(MassProperties, SensorsWeighNothing) {
