@@ -3,13 +3,13 @@
 
 const assert = require('node:assert');
 const grpc = require('@grpc/grpc-js');
-const {Client} = require('grpc-js-reflection-client');
+const {GrpcReflection} = require('grpc-js-reflection-client');
 
 const address = process.argv[2];
 
 async function service(name) {
-  const reflection = new Client(address, grpc.credentials.createInsecure());
-  const descriptor = await reflection.fileContainingSymbol(name);
+  const reflection = new GrpcReflection(address, grpc.credentials.createInsecure());
+  const descriptor = await reflection.getDescriptorBySymbol(name);
   const root = descriptor.getPackageObject({keepCase: true, longs: String, enums: String});
   const Stub = name.split('.').reduce((object, part) => object[part], root);
   const stub = new Stub(address, grpc.credentials.createInsecure());

@@ -45,14 +45,14 @@ def test_the_lines_of_the_readme_do_what_it_says(server_address):
     run(lines[4], server_address)
     [step] = run(lines[5], server_address)
     assert step["stamp"]["step"] == "120"
-    began = [event for event in step["events"]["events"] if "contactBegan" in event]
-    assert {(e["contactBegan"]["entityA"], e["contactBegan"]["entityB"]) for e in began} >= {("1", "2"), ("1", "3")}
+    began = [event for event in step["events"]["events"] if "contact_began" in event]
+    assert {(e["contact_began"]["entity_a"], e["contact_began"]["entity_b"]) for e in began} >= {("1", "2"), ("1", "3")}
     assert len(step["frame"]["positions"]) > 0
 
     watched = [event for message in run(lines[6], server_address, may_time_out=True)
                for event in message.get("batch", {}).get("events", [])]
     assert [int(event["sequence"]) for event in watched] == list(range(1, len(watched) + 1))
-    assert [event for event in watched if "contactBegan" in event] == began
+    assert [event for event in watched if "contact_began" in event] == began
 
 
 def test_a_mistyped_line_is_told_which_field_is_wrong(server_address):

@@ -19,7 +19,7 @@ Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double tim
 TEST(MeanFreeSpin, FollowsTheClosedFormOfASymmetricTop) {
   constexpr double kAcross = 1, kAlong = 1.8, kTime = 1.0 / 60;
   constexpr int kSteps = 600;
-  constexpr double kRungeKuttaError = 1e-8;  // rad after 10 s; 0.05 rad a step to the fifth power, 600 times
+  constexpr double kRungeKuttaError = 2e-6;  // rad after 10 s: 0.05^5 / 120 at each of 600 steps
   const Matrix3 tensor = Vector3(kAcross, kAcross, kAlong).asDiagonal();
   const Vector3 momentum = tensor * Vector3(0.5, 0, 3);  // orientation begins as identity
   Quaternion orientation = Quaternion::Identity();
@@ -41,7 +41,8 @@ TEST(MeanFreeSpin, OfABallIsItsSpinAlsoBeyondHalfATurn) {
 
   const Vector3 mean = MeanFreeSpin(Quaternion::Identity(), 0.4 * spin, Matrix3::Identity() / 0.4, kTime);
 
-  EXPECT_LE((mean - spin).norm(), 1e-4 * spin.norm());
+  // The inner steps are 0.8 rad at most: 0.8^5 / 120 of error at each of 32.
+  EXPECT_LE((mean - spin).norm(), 4e-3 * spin.norm());
 }
 
 TEST(MeanFreeSpin, OfABodyAtRestIsNothing) {
