@@ -155,6 +155,26 @@ TEST(ListEntities, PagesThroughAllInOrderOfId) {
   EXPECT_TRUE(std::is_sorted(ids.begin(), ids.end()));
 }
 
+TEST(ListEntities, EndsAPageBeforeItGrowsTooLarge) {
+  TestServer server;
+  v1::World no_floor;
+  no_floor.set_ground_plane(false);
+  v1::CreateEntityRequest create;
+  create.set_world(server.CreateWorld(no_floor).world().name());
+  create.mutable_entity()->mutable_visual()->set_data(std::string(400'000, 'x'));
+  for (int i = 0; i < 4; ++i) Must(server.simulation(), &Simulation::CreateEntity, create);
+  v1::ListEntitiesRequest request;
+  request.set_world(create.world());
+
+  const auto first = Must(server.simulation(), &Simulation::ListEntities, request);
+  request.set_page_token(first.next_page_token());
+  const auto second = Must(server.simulation(), &Simulation::ListEntities, request);
+
+  EXPECT_EQ(first.entities_size(), 3);
+  EXPECT_EQ(second.entities_size(), 1);
+  EXPECT_TRUE(second.next_page_token().empty());
+}
+
 TEST(ListEntities, RefusesTheTokenOfAnotherEpoch) {
   TestServer server;
   const std::string world = server.CreateWorld().world().name();

@@ -187,13 +187,18 @@ Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitie
     place = *given;
   }
   const size_t count = PageSize(request.page_size());
-  std::vector<EntityId> ids = IdsAfter(world_->state(), EntityId::FromPacked(place.id), count);
+  const std::vector<EntityId> ids = IdsAfter(world_->state(), EntityId::FromPacked(place.id), count);
   v1::ListEntitiesResponse response;
-  if (ids.size() > count) {
-    ids.resize(count);
-    response.set_next_page_token(EncodePageToken(ToText({epoch_, ids.back().packed()})));
+  size_t bytes = 0;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    if (i == count || bytes >= kPageBytesMax) {
+      response.set_next_page_token(EncodePageToken(ToText({epoch_, ids[i - 1].packed()})));
+      break;
+    }
+    v1::Entity* const entity = response.add_entities();
+    EncodeEntity(ids[i], *world_->Describe(ids[i]), entity);
+    bytes += entity->ByteSizeLong();
   }
-  for (const EntityId id : ids) EncodeEntity(id, *world_->Describe(id), response.add_entities());
   stamp().Encode(response.mutable_stamp());
   response.set_last_sequence(events_->last_sequence());
   return response;

@@ -72,6 +72,7 @@ struct InProcessHost::Pending {
   WorldCall call;
   Reply reply;
   const size_t bytes;
+  bool is_counted = true;
   uint64_t fingerprint = 0;
   std::optional<StepCall> step;  // set: under way
 };
@@ -130,8 +131,11 @@ void InProcessHost::Drain(Status why) {
 }
 
 void InProcessHost::Finish(Pending& pending, const Result<Bytes>& outcome) {
-  waiting_calls_.fetch_sub(1);
-  waiting_bytes_.fetch_sub(pending.bytes);
+  // A reply that could not be sent for want of memory comes here again, as an error.
+  if (std::exchange(pending.is_counted, false)) {
+    waiting_calls_.fetch_sub(1);
+    waiting_bytes_.fetch_sub(pending.bytes);
+  }
   pending.call.request = {};
   pending.reply(outcome);
 }

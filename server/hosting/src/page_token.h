@@ -1,5 +1,5 @@
 #pragma once
-#include <cstdint>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -8,6 +8,8 @@ namespace genphys {
 
 /// What a page has at most when the request leaves it to the server.
 inline constexpr int kPageSizeDefault = 100;
+/// A page ends with the element that reaches this size, so that it stays below what gRPC clients accept by default.
+inline constexpr size_t kPageBytesMax = 1 << 20;
 
 /// `page_size` of a request, or the default.
 inline size_t PageSize(int page_size) { return static_cast<size_t>(page_size > 0 ? page_size : kPageSizeDefault); }
