@@ -1,0 +1,222 @@
+#include "measure.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <stdexcept>
+#include <utility>
+
+#include "quiet.h"
+
+namespace genphys::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Everything is done this often before a round counts, so that code, caches and connections are warm.
+constexpr int kWarmUpRounds = 3;
+// A turn takes about this long: long enough that its first step, which is not timed, warms it up, and short enough that
+// whatever disturbs the machine disturbs all four.
+constexpr double kTurnMicroseconds = 40'000;
+constexpr uint32_t kStepsPerTurnMin = 5;
+constexpr uint32_t kStepsPerTurnMax = 200;
+
+double Quantile(std::vector<double> values, double q) {
+  std::sort(values.begin(), values.end());
+  const double place = q * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<size_t>(place);
+  const size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (place - std::floor(place)) * (values[above] - values[below]);
+}
+
+double Median(const std::vector<double>& values) { return Quantile(values, 0.5); }
+
+Spread SpreadOf(const std::vector<double>& values) {
+  return {values.size(), Quantile(values, 0.1), Median(values), Quantile(values, 0.9)};
+}
+
+struct Round {
+  Times in_process;
+  Times bytes_echo;
+  Times message_echo;
+  Times cpp;
+  Times python;
+  size_t request_bytes = 0;
+  size_t reply_bytes = 0;
+  double others = 0;
+
+  double RatioTo(const Times& echo) const { return Median(cpp) / (Median(in_process) + Median(echo)); }
+};
+
+void CheckSame(const StateArrays& state, const client::Frame& frame, const std::string& whose) {
+  const auto entities = state.ids.size() - std::count(state.ids.begin(), state.ids.end(), EntityId());
+  bool same = frame.rows() == entities;
+  for (uint32_t i = 0; same && i < frame.rows(); ++i) {
+    const uint32_t row = frame.ids()[i].index();
+    same = row < state.rows() && state.ids[row] == frame.ids()[i] &&
+           state.positions.col(row) == frame.positions().col(i) &&
+           state.orientations.col(row) == frame.orientations().col(i) &&
+           state.linear_velocities.col(row) == frame.linear_velocities().col(i) &&
+           state.angular_velocities.col(row) == frame.angular_velocities().col(i);
+  }
+  if (!same) throw std::runtime_error("the world of the " + whose + " is not where the one in this process is");
+}
+
+class Race {
+ public:
+  Race(const Parties& parties, const Scene& scene)
+      : bytes_echo_(parties.bytes_echo),
+        message_echo_(parties.message_echo),
+        in_process_(parties.registry, scene),
+        cpp_(parties.address, scene),
+        python_(parties.python, parties.address, scene),
+        others_({&parties.server, &parties.bytes_echo.server(), &parties.message_echo.server(), &parties.python}) {
+    Advance(scene.steps_before);
+    if (scene.ends_up_asleep) CheckAsleep();
+    captured_ = cpp_.Capture();
+    in_process_.Advance(1);
+    python_.Advance(1);
+  }
+
+  // Every way gets its turn; none is always the one that comes after the same other.
+  Round Take(uint32_t steps) {
+    Round round;
+    others_.Begin();
+    const std::array<std::function<void()>, 5> turns{
+        [&] { round.in_process = Turn(in_process_, steps); }, [&] { round.bytes_echo = Turn(bytes_echo_, steps); },
+        [&] { TakeCpp(round, steps); }, [&] { round.message_echo = Turn(message_echo_, steps); },
+        [&] { round.python = Turn(python_, steps); }};
+    for (size_t i = 0; i < turns.size(); ++i) turns[(first_ + i) % turns.size()]();
+    ++first_;
+    round.others = others_.End();
+    return round;
+  }
+
+  // Call between rounds, when all worlds are at the same step.
+  Outcome Describe(const Scene& scene) {
+    const client::Frame frame = cpp_.Look();
+    CheckSame(in_process_.state(), frame, "C++ client");
+    CheckSame(in_process_.state(), python_.Look(), "Python client");
+    return {.engine = scene.world.engine,
+            .scene = scene.name,
+            .rows = frame.rows(),
+            .contacts = in_process_.contacts(),
+            .steps = frame.stamp().step};
+  }
+
+ private:
+  template <typename Contender>
+  static Times Turn(Contender& contender, uint32_t steps) {
+    Times times = contender.Measure(steps + 1);
+    times.erase(times.begin());
+    return times;
+  }
+
+  // An echo carries what a cycle carried last, which is of about the same step.
+  Times Turn(Echo& echo, uint32_t steps) const {
+    echo.Carry(captured_.request, captured_.reply);
+    MeasureEcho(echo, 1);
+    return MeasureEcho(echo, steps);
+  }
+
+  void TakeCpp(Round& round, uint32_t steps) {
+    captured_ = cpp_.Capture();
+    round.cpp = cpp_.Measure(steps);
+    round.request_bytes = captured_.request.size();
+    round.reply_bytes = captured_.reply.size();
+  }
+
+  void Advance(uint32_t steps) {
+    in_process_.Advance(steps);
+    cpp_.Advance(steps);
+    python_.Advance(steps);
+  }
+
+  void CheckAsleep() {
+    const client::Frame frame = cpp_.Look();
+    uint32_t asleep = 0;
+    for (uint32_t row = 0; row < frame.rows(); ++row) asleep += frame.asleep(row) ? 1 : 0;
+    if (asleep < kSceneEntities) throw std::runtime_error("only " + std::to_string(asleep) + " entities fell asleep");
+  }
+
+  Echo& bytes_echo_;
+  Echo& message_echo_;
+  InProcess in_process_;
+  CppCycle cpp_;
+  PythonCycle python_;
+  OthersWatch others_;
+  Exchange captured_;
+  size_t first_ = 0;
+};
+
+uint32_t StepsPerTurn(double cycle) {
+  return static_cast<uint32_t>(
+      std::clamp(std::ceil(kTurnMicroseconds / cycle), double{kStepsPerTurnMin}, double{kStepsPerTurnMax}));
+}
+
+// Undisturbed rounds, as many as are wanted. If time runs out before, those that others disturbed least.
+std::vector<Round> TakeRounds(Race& race, const Scene& scene, const Plan& plan, int* taken) {
+  uint32_t steps = kStepsPerTurnMin;
+  for (int i = 0; i < kWarmUpRounds; ++i) steps = StepsPerTurn(Median(race.Take(steps).cpp));
+  const Clock::time_point end =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(plan.seconds_per_scene));
+  std::vector<Round> rounds;
+  int undisturbed = 0;
+  const auto wanted = static_cast<size_t>(plan.rounds);
+  for (bool is_last = false; !is_last;) {
+    rounds.push_back(race.Take(steps));
+    if (rounds.back().others <= kOthersMax) ++undisturbed;
+    is_last = undisturbed >= plan.rounds || (rounds.size() >= wanted && Clock::now() >= end);
+    // A line that overwrites itself is for people alone.
+    if (isatty(STDERR_FILENO) == 0 && !is_last) continue;
+    std::fprintf(stderr, "\r%-8s %-9s %4zu rounds of %u steps, %3d of %d undisturbed%s", scene.world.engine.c_str(),
+                 scene.name.c_str(), rounds.size(), steps, undisturbed, plan.rounds, is_last ? "\n" : "");
+  }
+  *taken = static_cast<int>(rounds.size());
+  std::sort(rounds.begin(), rounds.end(), [](const Round& a, const Round& b) { return a.others < b.others; });
+  rounds.resize(std::min(rounds.size(), wanted));
+  return rounds;
+}
+
+Spread SpreadOverRounds(const std::vector<Round>& rounds, Times Round::*times) {
+  std::vector<double> all;
+  for (const Round& round : rounds) all.insert(all.end(), (round.*times).begin(), (round.*times).end());
+  return SpreadOf(all);
+}
+
+}  // namespace
+
+Outcome Measure(const Parties& parties, const Scene& scene, const Plan& plan) {
+  std::fprintf(stderr, "%-8s %-9s %u steps first\n", scene.world.engine.c_str(), scene.name.c_str(),
+               scene.steps_before);
+  Race race(parties, scene);
+  int taken = 0;
+  const std::vector<Round> rounds = TakeRounds(race, scene, plan, &taken);
+  Outcome outcome = race.Describe(scene);
+  outcome.rounds = static_cast<int>(rounds.size());
+  outcome.rounds_taken = taken;
+  outcome.others = rounds.back().others;
+  outcome.in_process = SpreadOverRounds(rounds, &Round::in_process);
+  outcome.bytes_echo = SpreadOverRounds(rounds, &Round::bytes_echo);
+  outcome.message_echo = SpreadOverRounds(rounds, &Round::message_echo);
+  outcome.cpp = SpreadOverRounds(rounds, &Round::cpp);
+  outcome.python = SpreadOverRounds(rounds, &Round::python);
+  std::vector<double> to_bytes_echo, to_message_echo, replies;
+  for (const Round& round : rounds) {
+    to_bytes_echo.push_back(round.RatioTo(round.bytes_echo));
+    to_message_echo.push_back(round.RatioTo(round.message_echo));
+    replies.push_back(static_cast<double>(round.reply_bytes));
+  }
+  outcome.to_bytes_echo = SpreadOf(to_bytes_echo);
+  outcome.to_message_echo = SpreadOf(to_message_echo);
+  outcome.request_bytes = rounds.front().request_bytes;
+  outcome.reply_bytes = static_cast<size_t>(Median(replies));
+  return outcome;
+}
+
+}  // namespace genphys::bench

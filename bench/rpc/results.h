@@ -1,0 +1,24 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "genphys/registry.h"
+#include "measure.h"
+
+namespace genphys::bench {
+
+/// All that one run found out.
+struct Results {
+  std::vector<Outcome> outcomes;
+  std::string date;             // ISO 8601, UTC
+  std::string python_versions;  // a JSON object, as python_client.py prints it
+  double load_before = 0;       // load average of the minute before
+};
+
+/// The moment, as Results::date has it.
+std::string Now();
+
+/// As JSON, with a description of the machine and of what ran on it that names neither.
+std::string ToJson(const Results& results, const BackendRegistry& registry);
+
+}  // namespace genphys::bench
