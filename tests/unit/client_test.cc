@@ -14,6 +14,7 @@
 #include "genphys/v1/simulation_service.grpc.pb.h"
 #include "genphys/v1/world_service.grpc.pb.h"
 #include "genphys/wire/encode.h"
+#include "genphys/wire/encode_frame.h"
 #include "genphys/wire/error.h"
 
 namespace genphys::client {
@@ -376,7 +377,10 @@ std::shared_ptr<v1::Frame> FrameOf(uint32_t rows) {
   v1::FrameRequest request;
   request.set_poses(true);
   auto frame = std::make_shared<v1::Frame>();
-  EncodeFrame(state, request, v1::WorldStamp(), frame.get());
+  const FrameEncoder encoder(state, request, v1::WorldStamp());
+  std::string bytes(encoder.size(), '\0');
+  encoder.Write(bytes.data());
+  frame->ParseFromString(bytes);
   return frame;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "genphys/wire/decode.h"
-#include "genphys/wire/encode.h"
+#include "genphys/wire/encode_frame.h"
 #include "wire_round_trip.h"
 
 namespace genphys {
@@ -56,8 +56,11 @@ v1::FrameRequest Everything() {
 v1::Frame Encoded(const StateArrays& state, const v1::FrameRequest& request) {
   v1::WorldStamp stamp;
   stamp.set_step(42);
+  const FrameEncoder encoder(state, request, stamp);
+  std::string bytes(encoder.size(), '\0');
+  EXPECT_EQ(encoder.Write(bytes.data()), bytes.data() + bytes.size());
   v1::Frame frame;
-  EncodeFrame(state, request, stamp, &frame);
+  EXPECT_TRUE(frame.ParseFromString(bytes));
   return frame;
 }
 

@@ -1,138 +1,164 @@
+#include "genphys/wire/encode_frame.h"
+
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
-#include <vector>
+#include <cstring>
 
-#include "genphys/wire/encode.h"
+#include "genphys/wire/wire_format.h"
 #include "values.h"
 
 namespace genphys {
 namespace {
 
-struct FrameRows {
-  std::vector<uint32_t> rows;  // in ascending order of their ids
-  bool consecutive = true;     // each row follows the one before it, so that columns can be copied whole
-};
-
-FrameRows RowsOfAll(const StateArrays& state) {
-  FrameRows found;
-  found.rows.reserve(state.rows());
-  for (uint32_t row = 0; row < state.rows(); ++row) {
-    if (!state.ids[row].is_null()) found.rows.push_back(row);
-  }
-  return found;
-}
-
-FrameRows RowsOf(const StateArrays& state, const google::protobuf::RepeatedField<uint64_t>& ids) {
-  FrameRows found;
-  found.rows.reserve(static_cast<size_t>(ids.size()));
-  for (const uint64_t packed : ids) {
-    const EntityId id = EntityId::FromPacked(packed);
-    if (!id.is_null() && id.index() < state.rows() && state.ids[id.index()] == id) found.rows.push_back(id.index());
-  }
-  return found;
-}
-
-void Order(const StateArrays& state, FrameRows& found) {
-  std::vector<uint32_t>& rows = found.rows;
-  const auto less = [&](uint32_t a, uint32_t b) { return state.ids[a] < state.ids[b]; };
-  if (!std::is_sorted(rows.begin(), rows.end(), less)) std::sort(rows.begin(), rows.end(), less);
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  found.consecutive =
-      std::adjacent_find(rows.begin(), rows.end(), [](uint32_t a, uint32_t b) { return b != a + 1; }) == rows.end();
-}
-
-// A column of the model: `width` scalars per row, one row behind the other.
-struct Source {
-  const double* data;
-  size_t width;
-};
-
 template <typename Columns>
-Source SourceOf(const Columns& columns) {
-  return {columns.data(), static_cast<size_t>(columns.rows())};
-}
-
-/// Writes the rows of all `sources` side by side.
-template <typename Scalar, size_t kSources>
-void Pack(const FrameRows& from, const std::array<Source, kSources>& sources, std::string* out) {
-  if (from.rows.empty()) return;
-  if constexpr (kSources == 1 && std::is_same_v<Scalar, double>) {
-    if (from.consecutive) {
-      const auto [data, width] = sources[0];
-      out->assign(reinterpret_cast<const char*>(data + from.rows.front() * width),
-                  from.rows.size() * width * sizeof(double));
-      return;
-    }
-  }
-  size_t width = 0;
-  for (const Source& source : sources) width += source.width;
-  out->resize(from.rows.size() * width * sizeof(Scalar));
-  // A string's first byte may be aligned for nothing but bytes, hence the copy of each scalar.
-  char* to = out->data();
-  for (const uint32_t row : from.rows) {
-    for (const Source& source : sources) {
-      const double* values = source.data + row * source.width;
-      for (size_t i = 0; i < source.width; ++i, to += sizeof(Scalar)) {
-        const auto scalar = static_cast<Scalar>(values[i]);
-        std::memcpy(to, &scalar, sizeof(Scalar));
-      }
-    }
-  }
-}
-
-template <typename Scalar>
-void PackColumns(const StateArrays& state, const FrameRows& from, const v1::FrameRequest& request, v1::Frame* out) {
-  const auto pack = [&](const auto& columns, std::string* bytes) { Pack<Scalar, 1>(from, {SourceOf(columns)}, bytes); };
-  if (request.poses()) {
-    pack(state.positions, out->mutable_positions());
-    pack(state.orientations, out->mutable_orientations());
-  }
-  if (request.velocities()) {
-    pack(state.linear_velocities, out->mutable_linear_velocities());
-    pack(state.angular_velocities, out->mutable_angular_velocities());
-  }
-  if (request.net_forces()) {
-    Pack<Scalar, 2>(from, {SourceOf(state.net_forces), SourceOf(state.net_torques)}, out->mutable_net_forces());
-  }
-}
-
-void PackIds(const StateArrays& state, const FrameRows& from, std::string* out) {
-  out->resize(from.rows.size() * sizeof(EntityId));
-  char* to = out->data();
-  for (const uint32_t row : from.rows) {
-    std::memcpy(to, &state.ids[row], sizeof(EntityId));
-    to += sizeof(EntityId);
-  }
-}
-
-void PackAsleep(const StateArrays& state, const FrameRows& from, std::string* out) {
-  out->assign((from.rows.size() + 7) / 8, '\0');
-  for (size_t i = 0; i < from.rows.size(); ++i) {
-    const int bit = (state.asleep[from.rows[i]] != 0 ? 1 : 0) << (i % 8);
-    (*out)[i / 8] = static_cast<char>((*out)[i / 8] | bit);
-  }
+size_t WidthOf(const Columns& columns) {
+  return static_cast<size_t>(columns.rows());
 }
 
 }  // namespace
 
-void EncodeFrame(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                 v1::Frame* out) {
-  FrameRows from = request.entity_ids().empty() ? RowsOfAll(state) : RowsOf(state, request.entity_ids());
-  Order(state, from);
-  *out->mutable_stamp() = stamp;
-  PackIds(state, from, out->mutable_entity_ids());
-  out->set_rows_id(XXH3_64bits(out->entity_ids().data(), out->entity_ids().size()));
-  PackAsleep(state, from, out->mutable_asleep());
-  if (request.scalar() == v1::SCALAR_FLOAT32) {
-    out->set_scalar(v1::SCALAR_FLOAT32);
-    PackColumns<float>(state, from, request, out);
+FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
+    : state_(state), scalar_(request.scalar() == v1::SCALAR_FLOAT32 ? v1::SCALAR_FLOAT32 : v1::SCALAR_FLOAT64) {
+  ChooseRows(request);
+  ChooseColumns(request);
+  MakeHead(stamp);
+  size_ = head_.size();
+  const auto add = [&](int field, size_t bytes) {
+    if (bytes > 0) size_ += FieldHeaderSize(field, bytes) + bytes;
+  };
+  add(v1::Frame::kEntityIdsFieldNumber, count_ * sizeof(EntityId));
+  for (const Column& column : columns_) add(column.field, ColumnBytes(column));
+  add(v1::Frame::kAsleepFieldNumber, (count_ + 7) / 8);
+}
+
+void FrameEncoder::ChooseRows(const v1::FrameRequest& request) {
+  const std::vector<EntityId>& ids = state_.ids;
+  if (request.entity_ids().empty()) {
+    // As long as nobody was deleted, rows are in the order of ids, with room for more at the end.
+    const auto hole = std::find_if(ids.begin(), ids.end(), [](EntityId id) { return id.is_null(); });
+    const bool is_dense =
+        std::is_sorted(ids.begin(), hole) && std::all_of(hole, ids.end(), [](EntityId id) { return id.is_null(); });
+    if (is_dense) {
+      count_ = static_cast<size_t>(hole - ids.begin());
+      return;
+    }
+    for (uint32_t row = 0; row < ids.size(); ++row) {
+      if (!ids[row].is_null()) rows_.push_back(row);
+    }
   } else {
-    out->set_scalar(v1::SCALAR_FLOAT64);
-    PackColumns<double>(state, from, request, out);
+    for (const uint64_t packed : request.entity_ids()) {
+      const EntityId id = EntityId::FromPacked(packed);
+      if (!id.is_null() && id.index() < ids.size() && ids[id.index()] == id) rows_.push_back(id.index());
+    }
   }
+  std::sort(rows_.begin(), rows_.end(), [&](uint32_t a, uint32_t b) { return ids[a] < ids[b]; });
+  rows_.erase(std::unique(rows_.begin(), rows_.end()), rows_.end());
+  count_ = rows_.size();
+}
+
+void FrameEncoder::ChooseColumns(const v1::FrameRequest& request) {
+  const StateArrays& s = state_;
+  const auto add = [&](int field, const auto& column) {
+    columns_.push_back({.field = field, .first = column.data(), .first_width = WidthOf(column)});
+  };
+  if (request.poses()) {
+    add(v1::Frame::kPositionsFieldNumber, s.positions);
+    add(v1::Frame::kOrientationsFieldNumber, s.orientations);
+  }
+  if (request.velocities()) {
+    add(v1::Frame::kLinearVelocitiesFieldNumber, s.linear_velocities);
+    add(v1::Frame::kAngularVelocitiesFieldNumber, s.angular_velocities);
+  }
+  if (request.net_forces()) {
+    columns_.push_back({.field = v1::Frame::kNetForcesFieldNumber,
+                        .first = s.net_forces.data(),
+                        .first_width = WidthOf(s.net_forces),
+                        .second = s.net_torques.data(),
+                        .second_width = WidthOf(s.net_torques)});
+  }
+}
+
+void FrameEncoder::MakeHead(const v1::WorldStamp& stamp) {
+  std::vector<EntityId> gathered;
+  const EntityId* ids = state_.ids.data();
+  if (!rows_.empty()) {
+    gathered.reserve(count_);
+    for (const uint32_t row : rows_) gathered.push_back(state_.ids[row]);
+    ids = gathered.data();
+  }
+  v1::Frame head;
+  *head.mutable_stamp() = stamp;
+  head.set_scalar(scalar_);
+  head.set_rows_id(XXH3_64bits(ids, count_ * sizeof(EntityId)));
+  head_ = head.SerializeAsString();
+}
+
+size_t FrameEncoder::ColumnBytes(const Column& column) const {
+  const size_t scalar_bytes = scalar_ == v1::SCALAR_FLOAT32 ? sizeof(float) : sizeof(double);
+  return count_ * (column.first_width + column.second_width) * scalar_bytes;
+}
+
+void FrameEncoder::WriteIds(char* to) const {
+  if (rows_.empty()) {
+    std::memcpy(to, state_.ids.data(), count_ * sizeof(EntityId));
+    return;
+  }
+  for (const uint32_t row : rows_) {
+    std::memcpy(to, &state_.ids[row], sizeof(EntityId));
+    to += sizeof(EntityId);
+  }
+}
+
+void FrameEncoder::WriteAsleep(char* to) const {
+  for (size_t i = 0; i < count_; i += 8, ++to) {
+    unsigned bits = 0;
+    for (size_t bit = 0; bit < std::min<size_t>(8, count_ - i); ++bit) {
+      bits |= (state_.asleep[row(i + bit)] != 0 ? 1u : 0u) << bit;
+    }
+    *to = static_cast<char>(bits);
+  }
+}
+
+template <typename Scalar>
+void FrameEncoder::WriteColumn(const Column& column, char* to) const {
+  if (std::is_same_v<Scalar, double> && rows_.empty() && column.second == nullptr) {
+    std::memcpy(to, column.first, count_ * column.first_width * sizeof(double));
+    return;
+  }
+  // The message is aligned for nothing but bytes, hence the copy of each scalar.
+  const auto put = [&](const double* values, size_t width) {
+    for (size_t i = 0; i < width; ++i, to += sizeof(Scalar)) {
+      const auto scalar = static_cast<Scalar>(values[i]);
+      std::memcpy(to, &scalar, sizeof(Scalar));
+    }
+  };
+  for (size_t i = 0; i < count_; ++i) {
+    put(column.first + row(i) * column.first_width, column.first_width);
+    if (column.second != nullptr) put(column.second + row(i) * column.second_width, column.second_width);
+  }
+}
+
+char* FrameEncoder::Write(char* to) const {
+  to = std::copy(head_.begin(), head_.end(), to);
+  const auto write = [&](int field, size_t bytes, auto write_payload) {
+    if (bytes == 0) return;
+    to = WriteFieldHeader(field, bytes, to);
+    write_payload(to);
+    to += bytes;
+  };
+  write(v1::Frame::kEntityIdsFieldNumber, count_ * sizeof(EntityId), [&](char* at) { WriteIds(at); });
+  for (const Column& column : columns_) {
+    write(column.field, ColumnBytes(column), [&](char* at) {
+      if (scalar_ == v1::SCALAR_FLOAT32) {
+        WriteColumn<float>(column, at);
+      } else {
+        WriteColumn<double>(column, at);
+      }
+    });
+  }
+  write(v1::Frame::kAsleepFieldNumber, (count_ + 7) / 8, [&](char* at) { WriteAsleep(at); });
+  return to;
 }
 
 }  // namespace genphys

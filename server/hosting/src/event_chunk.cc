@@ -2,7 +2,7 @@
 
 #include "genphys/hosting/event_log.h"
 #include "genphys/wire/encode.h"
-#include "wire_format.h"
+#include "genphys/wire/wire_format.h"
 
 namespace genphys {
 namespace {

@@ -4,7 +4,7 @@
 #include <exception>
 
 #include "genphys/hosting/world_methods.h"
-#include "wire_format.h"
+#include "genphys/wire/wire_format.h"
 
 namespace genphys {
 

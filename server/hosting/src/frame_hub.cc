@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "frame_subscription.h"
-#include "genphys/hosting/world_methods.h"
-#include "genphys/wire/encode.h"
+#include "genphys/wire/encode_frame.h"
 
 namespace genphys {
 namespace {
@@ -13,9 +12,8 @@ namespace {
 Bytes Encode(const World& world, const v1::FrameRequest& request, const Stamp& stamp) {
   v1::WorldStamp encoded_stamp;
   stamp.Encode(&encoded_stamp);
-  v1::Frame frame;
-  EncodeFrame(world, request, encoded_stamp, &frame);
-  return EncodeReply(frame);
+  const FrameEncoder frame(world.state(), request, encoded_stamp);
+  return MakeBytes(frame.size(), [&](char* to) { frame.Write(to); });
 }
 
 }  // namespace

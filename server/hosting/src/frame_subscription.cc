@@ -5,7 +5,7 @@
 
 #include "genphys/hosting/world_methods.h"
 #include "genphys/v1/simulation_service.pb.h"
-#include "wire_format.h"
+#include "genphys/wire/wire_format.h"
 
 namespace genphys {
 namespace {

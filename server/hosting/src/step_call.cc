@@ -6,6 +6,8 @@
 #include "genphys/hosting/world_methods.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
+#include "genphys/wire/encode_frame.h"
+#include "genphys/wire/wire_format.h"
 
 namespace genphys {
 
@@ -73,12 +75,20 @@ void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {
 Bytes StepCall::Finish() {
   const Stamp stamp = hosted_.stamp();
   stamp.Encode(response_.mutable_stamp());
-  if (request_.has_frame()) {
-    EncodeFrame(hosted_.world(), request_.frame(), response_.stamp(), response_.mutable_frame());
-  }
   if (request_.has_events()) EncodeEvents(response_.mutable_events());
   if (request_.stats() && steps_done_ > 0) EncodeStats(hosted_.world().stats(), response_.mutable_stats());
-  return EncodeReply(response_);
+  return request_.has_frame() ? WithFrame() : EncodeReply(response_);
+}
+
+Bytes StepCall::WithFrame() const {
+  // The columns go straight to where the reply is sent from.
+  const FrameEncoder frame(hosted_.world().state(), request_.frame(), response_.stamp());
+  const size_t rest = response_.ByteSizeLong();
+  constexpr int kField = v1::StepResponse::kFrameFieldNumber;
+  return MakeBytes(rest + FieldHeaderSize(kField, frame.size()) + frame.size(), [&](char* to) {
+    response_.SerializeWithCachedSizesToArray(reinterpret_cast<uint8_t*>(to));
+    frame.Write(WriteFieldHeader(kField, frame.size(), to + rest));
+  });
 }
 
 void StepCall::EncodeEvents(v1::EventBatch* batch) {

@@ -25,12 +25,14 @@ class StepCall {
 
   /// Whether it changed the world.
   bool has_effect() const { return has_effect_; }
+  uint32_t steps_done() const { return steps_done_; }
 
  private:
   Status Begin();
   Status Failed(const Status& status) const;
   void Collect(std::shared_ptr<const EventChunk> chunk);
   Bytes Finish();
+  Bytes WithFrame() const;
   void EncodeEvents(v1::EventBatch* batch);
 
   HostedWorld& hosted_;

@@ -13,12 +13,12 @@
 #include "genphys/v1/engine_service.pb.h"
 #include "genphys/v1/entity.pb.h"
 #include "genphys/v1/event.pb.h"
-#include "genphys/v1/frame.pb.h"
 #include "genphys/v1/simulation_service.pb.h"
 #include "genphys/v1/world_service.pb.h"
 #include "genphys/world.h"
 
-// From the model to the wire. Each function sets what it knows of `out`, which is empty before.
+// From the model to the wire; encode_frame.h has the frames. Each function sets what it knows of `out`, which is empty
+// before.
 
 namespace genphys {
 
@@ -40,15 +40,6 @@ void EncodeStepper(const StepperDesc& stepper, v1::Stepper* out);
 /// The description of a world. `name` as in "worlds/w"; an empty engine stays empty. record_state_hash is the caller's
 /// to set.
 void EncodeWorld(const WorldDesc& desc, std::string_view name, v1::World::State state, v1::World* out);
-
-/// The living entities that `request` names, or all, as columns in ascending order of id. Every frame is whole,
-/// whether deltas were asked for or not. Costs one pass over the rows.
-void EncodeFrame(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                 v1::Frame* out);
-inline void EncodeFrame(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                        v1::Frame* out) {
-  EncodeFrame(world.state(), request, stamp, out);
-}
 
 /// Where the work of a step went.
 void EncodeStats(const StepStats& stats, v1::StepStats* out);

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -16,6 +17,14 @@ struct Bytes {
 inline Bytes MakeBytes(std::string bytes) {
   auto owner = std::make_shared<const std::string>(std::move(bytes));
   return {*owner, owner};
+}
+
+/// `size` bytes that `write(char*)` fills.
+template <typename Write>
+Bytes MakeBytes(size_t size, Write write) {
+  auto owner = std::make_shared_for_overwrite<char[]>(size);
+  write(owner.get());
+  return {std::string_view(owner.get(), size), owner};
 }
 
 /// One encoded message in pieces that follow each other, so that what many receive is encoded once.

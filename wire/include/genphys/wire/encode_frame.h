@@ -1,0 +1,53 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "genphys/state.h"
+#include "genphys/v1/frame.pb.h"
+
+namespace genphys {
+
+/// The living entities that a request names, or all, as columns in ascending order of id: an encoded v1::Frame that is
+/// written where it is wanted, in one pass over the rows. Every frame is whole, whether deltas were asked for or not.
+/// `state` and `request` stay as they are until it is written.
+class FrameEncoder {
+ public:
+  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp);
+
+  /// Bytes of the message.
+  size_t size() const { return size_; }
+  /// Writes the message to size() bytes at `to`, and returns where it ends.
+  char* Write(char* to) const;
+
+ private:
+  // A column of the message: `width` scalars per row, of one or two columns of the model side by side.
+  struct Column {
+    int field = 0;
+    const double* first = nullptr;
+    size_t first_width = 0;
+    const double* second = nullptr;
+    size_t second_width = 0;
+  };
+
+  void ChooseRows(const v1::FrameRequest& request);
+  void ChooseColumns(const v1::FrameRequest& request);
+  void MakeHead(const v1::WorldStamp& stamp);
+  size_t row(size_t i) const { return rows_.empty() ? i : rows_[i]; }
+  size_t ColumnBytes(const Column& column) const;
+  void WriteIds(char* to) const;
+  void WriteAsleep(char* to) const;
+  template <typename Scalar>
+  void WriteColumn(const Column& column, char* to) const;
+
+  const StateArrays& state_;
+  const v1::Scalar scalar_;
+  size_t count_ = 0;
+  std::vector<uint32_t> rows_;  // in ascending order of their ids; empty: the first count_
+  std::vector<Column> columns_;
+  std::string head_;  // all fields but the columns
+  size_t size_ = 0;
+};
+
+}  // namespace genphys
