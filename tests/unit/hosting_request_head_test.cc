@@ -26,6 +26,7 @@ TEST(RequestHead, FindsWorldAndRequestIdAmongOtherFields) {
   ASSERT_TRUE(head);
   EXPECT_EQ(head->world, "worlds/a");
   EXPECT_EQ(head->request_id, "id");
+  EXPECT_TRUE(head->has_commands);
 }
 
 TEST(RequestHead, TakesTheNameOfRequestsThatNameTheirWorldSo) {
@@ -38,6 +39,7 @@ TEST(RequestHead, TakesTheNameOfRequestsThatNameTheirWorldSo) {
   ASSERT_TRUE(head);
   EXPECT_EQ(head->world, "worlds/b");
   EXPECT_TRUE(head->request_id.empty());
+  EXPECT_FALSE(head->has_commands);
 }
 
 TEST(RequestHead, TakesTheLastOfFieldsThatComeTwiceAsEveryDecoderDoes) {

@@ -125,6 +125,49 @@ TEST(Strand, KeepsTheOrderAroundWorkThatTakesManySlices) {
   EXPECT_EQ(slices_seen_by_next, 10);
 }
 
+TEST(Strand, RunsWorkOnTheCallersThreadOnlyWhileNothingElseIsThere) {
+  WorkerPool pool(1);
+  const auto strand = std::make_shared<Strand>(pool);
+  std::promise<void> gate, begun;
+  std::vector<std::thread::id> threads;
+  const auto note = [&] {
+    threads.push_back(std::this_thread::get_id());
+    return Progress::kDone;
+  };
+
+  strand->RunOrPost(note);
+  EXPECT_EQ(threads, std::vector{std::this_thread::get_id()});
+  strand->Post([&] {
+    begun.set_value();
+    gate.get_future().wait();
+    return Progress::kDone;
+  });
+  begun.get_future().wait();
+  strand->RunOrPost(note);
+  EXPECT_EQ(threads.size(), 1u);
+  gate.set_value();
+  Settle(*strand);
+
+  ASSERT_EQ(threads.size(), 2u);
+  EXPECT_NE(threads[1], std::this_thread::get_id());
+}
+
+TEST(Strand, HandsOnWhatIsLeftOfTheWorkThatTheCallerBegan) {
+  WorkerPool pool(1);
+  const auto strand = std::make_shared<Strand>(pool);
+  std::vector<std::thread::id> threads;
+
+  strand->RunOrPost([&] {
+    threads.push_back(std::this_thread::get_id());
+    return threads.size() < 3 ? Progress::kAgain : Progress::kDone;
+  });
+  Settle(*strand);
+
+  ASSERT_EQ(threads.size(), 3u);
+  EXPECT_EQ(threads[0], std::this_thread::get_id());
+  EXPECT_NE(threads[1], threads[0]);
+}
+
 TEST(Strand, DoesUrgentTasksBetweenTwoSlices) {
   WorkerPool pool(1);
   const auto strand = std::make_shared<Strand>(pool);

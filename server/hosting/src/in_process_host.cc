@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -111,9 +112,14 @@ void InProcessHost::Handle(WorldCall call, Reply reply) {
     return Finish(*pending, Refuse(Reason::kLimitExceeded, "", "too many requests wait for this world"));
   }
   if (pending->call.method == WorldMethod::kGetWorld) {
-    strand_->PostUrgent([self = shared_from_this(), pending] { self->Serve(*pending); });
+    return strand_->PostUrgent([self = shared_from_this(), pending] { self->Serve(*pending); });
+  }
+  const bool is_quick = pending->call.method == WorldMethod::kStep && !pending->call.has_commands && is_quick_;
+  auto serve = [self = shared_from_this(), pending] { return self->Serve(*pending); };
+  if (is_quick) {
+    strand_->RunOrPost(std::move(serve));
   } else {
-    strand_->Post([self = shared_from_this(), pending] { return self->Serve(*pending); });
+    strand_->Post(std::move(serve));
   }
 }
 
@@ -183,7 +189,11 @@ Progress InProcessHost::ServeShort(Pending& pending) {
 
 Progress InProcessHost::ServeStep(Pending& pending) {
   if (!pending.step) pending.step.emplace(*hosted_, pending.call);
-  const std::optional<Result<Bytes>> outcome = pending.step->Advance(std::chrono::steady_clock::now() + kSlice);
+  const auto begin = std::chrono::steady_clock::now();
+  const uint32_t steps_before = pending.step->steps_done();
+  const std::optional<Result<Bytes>> outcome = pending.step->Advance(begin + kSlice);
+  const uint32_t steps = std::max(pending.step->steps_done() - steps_before, 1u);
+  is_quick_ = (std::chrono::steady_clock::now() - begin) / steps < kQuick;
   if (!outcome) return Progress::kAgain;
   // A call that stopped half way must not be done again by a retry either.
   if (outcome->ok() || pending.step->has_effect()) KeepReply(pending, *outcome);

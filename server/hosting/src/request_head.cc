@@ -54,13 +54,13 @@ std::optional<std::string_view> TakePayload(uint32_t wire_type, std::string_view
 }  // namespace
 
 RequestHeadFields RequestHeadFields::Of(const google::protobuf::Descriptor& request) {
-  RequestHeadFields fields;
-  const google::protobuf::FieldDescriptor* world = request.FindFieldByName("world");
-  if (world == nullptr) world = request.FindFieldByName("name");
-  if (world != nullptr) fields.world = static_cast<uint32_t>(world->number());
-  const google::protobuf::FieldDescriptor* id = request.FindFieldByName("request_id");
-  if (id != nullptr) fields.request_id = static_cast<uint32_t>(id->number());
-  return fields;
+  const auto number = [&](const char* name) {
+    const google::protobuf::FieldDescriptor* const field = request.FindFieldByName(name);
+    return field == nullptr ? 0 : static_cast<uint32_t>(field->number());
+  };
+  const uint32_t world = number("world");
+  return {
+      .world = world != 0 ? world : number("name"), .request_id = number("request_id"), .commands = number("commands")};
 }
 
 std::optional<RequestHead> ScanRequestHead(const RequestHeadFields& fields, std::string_view bytes) {
@@ -76,6 +76,7 @@ std::optional<RequestHead> ScanRequestHead(const RequestHeadFields& fields, std:
     // A field that comes twice counts as the last one, as it does for every decoder.
     if (number == fields.world) head.world = *payload;
     if (number == fields.request_id) head.request_id = *payload;
+    if (number == fields.commands) head.has_commands = true;
   }
   return head;
 }

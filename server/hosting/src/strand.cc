@@ -10,6 +10,15 @@ void Strand::Post(Work work) {
   Schedule(lock);
 }
 
+void Strand::RunOrPost(Work work) {
+  std::unique_lock lock(mutex_);
+  work_.push_back(std::move(work));
+  if (scheduled_) return;
+  scheduled_ = true;
+  lock.unlock();
+  TakeTurn(std::chrono::steady_clock::now());
+}
+
 void Strand::PostUrgent(std::function<void()> task) {
   std::unique_lock lock(mutex_);
   urgent_.push_back(std::move(task));
@@ -19,7 +28,7 @@ void Strand::PostUrgent(std::function<void()> task) {
 void Strand::Schedule(std::unique_lock<std::mutex>& lock) {
   if (std::exchange(scheduled_, true)) return;
   lock.unlock();
-  pool_.Post([self = shared_from_this()] { self->TakeTurn(); });
+  pool_.Post([self = shared_from_this()] { self->TakeTurn(std::chrono::steady_clock::now() + kSlice); });
 }
 
 void Strand::RunUrgent(std::unique_lock<std::mutex>& lock) {
@@ -32,8 +41,7 @@ void Strand::RunUrgent(std::unique_lock<std::mutex>& lock) {
   }
 }
 
-void Strand::TakeTurn() {
-  const auto end = std::chrono::steady_clock::now() + kSlice;
+void Strand::TakeTurn(std::chrono::steady_clock::time_point end) {
   std::unique_lock lock(mutex_);
   bool again = false;
   while (!again) {

@@ -244,6 +244,7 @@ void WorldDirectory::Handle(WorldCall call, Reply reply) {
   if (const auto head = ScanRequestHead(InfoOf(call.method).head, call.request.view)) {
     const WorldKey key{"", std::string(head->world)};
     call.request_id = head->request_id;
+    call.has_commands = head->has_commands;
     if (call.method == WorldMethod::kDeleteWorld) {
       const std::lock_guard lock(mutex_);
       const auto found = worlds_.find(key);

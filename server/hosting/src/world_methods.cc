@@ -43,9 +43,7 @@ std::array<WorldMethodInfo, kNames.size()> ReadContract() {
 }  // namespace
 
 Status WorldCall::CheckWanted() const {
-  if (cancelled != nullptr && cancelled->load(std::memory_order_relaxed)) {
-    return absl::CancelledError("the call was cancelled");
-  }
+  if (is_cancelled && is_cancelled()) return absl::CancelledError("the call was cancelled");
   if (std::chrono::steady_clock::now() >= deadline) return absl::DeadlineExceededError("the deadline passed");
   return absl::OkStatus();
 }

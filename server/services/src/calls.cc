@@ -16,23 +16,23 @@ std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerConte
 
 }  // namespace
 
-UnaryCall* UnaryCall::ToWorld(WorldDirectory& directory, WorldMethod method, grpc::CallbackServerContext* context,
-                              const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  auto* const call = new UnaryCall(response);
-  directory.Handle({.method = method,
-                    .request = ToBytes(*request),
-                    .request_id = {},
-                    .deadline = DeadlineOf(*context),
-                    .cancelled = call->cancelled_},
-                   call->Replier());
-  return call;
+Reply Replier(grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response) {
+  return [reactor, response](const Result<Bytes>& reply) {
+    if (reply.ok()) *response = ToByteBuffer(*reply);
+    reactor->Finish(ToGrpcStatus(reply.status()));
+  };
 }
 
-Reply UnaryCall::Replier() {
-  return [this](const Result<Bytes>& reply) {
-    if (reply.ok()) *response_ = ToByteBuffer(*reply);
-    Finish(ToGrpcStatus(reply.status()));
-  };
+grpc::ServerUnaryReactor* CallWorld(WorldDirectory& directory, WorldMethod method, grpc::CallbackServerContext* context,
+                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  // Each call of DefaultReactor() makes a new one.
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  directory.Handle({.method = method,
+                    .request = ToBytes(*request),
+                    .deadline = DeadlineOf(*context),
+                    .is_cancelled = [context] { return context->IsCancelled(); }},
+                   Replier(reactor, response));
+  return reactor;
 }
 
 void MessageStream::OnWriteDone(bool ok) {

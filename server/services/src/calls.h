@@ -1,32 +1,19 @@
 #pragma once
 #include <grpcpp/grpcpp.h>
 
-#include <atomic>
 #include <memory>
 
 #include "genphys/hosting/world_directory.h"
 
 namespace genphys {
 
-/// One unary call: lives until gRPC is done with it. Whoever starts it returns it to gRPC.
-class UnaryCall final : public grpc::ServerUnaryReactor {
- public:
-  explicit UnaryCall(grpc::ByteBuffer* response) : response_(response) {}
+/// What answers a unary call; to be called once, on any thread. `reactor` is the default one of the call's context:
+/// gRPC ends any other one on a thread that has to be woken for that.
+Reply Replier(grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response);
 
-  /// Hands the request to the world that it names.
-  static UnaryCall* ToWorld(WorldDirectory& directory, WorldMethod method, grpc::CallbackServerContext* context,
-                            const grpc::ByteBuffer* request, grpc::ByteBuffer* response);
-
-  /// What answers the call; to be called once.
-  Reply Replier();
-
-  void OnCancel() override { cancelled_->store(true, std::memory_order_relaxed); }
-  void OnDone() override { delete this; }
-
- private:
-  grpc::ByteBuffer* const response_;
-  const std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
-};
+/// Hands the request to the world that it names.
+grpc::ServerUnaryReactor* CallWorld(WorldDirectory& directory, WorldMethod method, grpc::CallbackServerContext* context,
+                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response);
 
 /// One server stream: asks its subscription for a message whenever gRPC has taken the last.
 class MessageStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {

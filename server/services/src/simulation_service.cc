@@ -6,42 +6,42 @@ namespace genphys {
 
 grpc::ServerUnaryReactor* SimulationService::CreateEntity(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kCreateEntity, context, request, response);
+  return CallWorld(directory_, WorldMethod::kCreateEntity, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::DeleteEntity(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kDeleteEntity, context, request, response);
+  return CallWorld(directory_, WorldMethod::kDeleteEntity, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ApplyForce(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kApplyForce, context, request, response);
+  return CallWorld(directory_, WorldMethod::kApplyForce, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::GetEntity(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kGetEntity, context, request, response);
+  return CallWorld(directory_, WorldMethod::kGetEntity, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListEntities(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kListEntities, context, request, response);
+  return CallWorld(directory_, WorldMethod::kListEntities, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListJoints(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kListJoints, context, request, response);
+  return CallWorld(directory_, WorldMethod::kListJoints, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::Step(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kStep, context, request, response);
+  return CallWorld(directory_, WorldMethod::kStep, context, request, response);
 }
 
 grpc::ServerUnaryReactor* SimulationService::CastRays(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  return UnaryCall::ToWorld(directory_, WorldMethod::kCastRays, context, request, response);
+  return CallWorld(directory_, WorldMethod::kCastRays, context, request, response);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::WatchEvents(grpc::CallbackServerContext*,

@@ -13,14 +13,16 @@ namespace genphys {
 struct RequestHead {
   std::string_view world;       // as sent: nobody checked its form
   std::string_view request_id;  // empty: none
+  bool has_commands = false;
 };
 
 /// Where a type of request has them; zero where it has not.
 struct RequestHeadFields {
   uint32_t world = 0;
   uint32_t request_id = 0;
+  uint32_t commands = 0;
 
-  /// Of the fields called "world" (or else "name") and "request_id".
+  /// Of the fields called "world" (or else "name"), "request_id" and "commands".
   static RequestHeadFields Of(const google::protobuf::Descriptor& request);
 };
 

@@ -27,12 +27,15 @@ class Strand : public std::enable_shared_from_this<Strand> {
 
   /// Does `work` after all that was posted before. Its poster bounds how much that can be.
   void Post(Work work);
+  /// The same, but if nothing is posted or under way, does it here and now, at most once: what is left then, of it and
+  /// of what came meanwhile, is posted. For work that takes less time than it takes to wake another thread.
+  void RunOrPost(Work work);
   /// Does `task` before all other work, if need be between two slices of work that is not done.
   void PostUrgent(std::function<void()> task);
 
  private:
   void Schedule(std::unique_lock<std::mutex>& lock);
-  void TakeTurn();
+  void TakeTurn(std::chrono::steady_clock::time_point end);
   void RunUrgent(std::unique_lock<std::mutex>& lock);
 
   WorkerPool& pool_;

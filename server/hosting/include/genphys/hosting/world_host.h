@@ -1,5 +1,4 @@
 #pragma once
-#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -35,10 +34,12 @@ struct WorldCall {
   WorldMethod method{};
   Bytes request;           // encoded
   std::string request_id;  // as in the request; empty: none
+  bool has_commands = false;
   /// Work stops at the next step boundary after it.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  /// Set by the caller when nobody waits any more; work stops at the next step boundary. Null: never.
-  std::shared_ptr<const std::atomic<bool>> cancelled;
+  /// Whether nobody waits any more; work stops at the next step boundary then. Asked until the reply is made. Empty:
+  /// somebody always does.
+  std::function<bool()> is_cancelled;
 
   /// CANCELLED, DEADLINE_EXCEEDED, or OK while somebody waits for the reply.
   Status CheckWanted() const;
@@ -48,7 +49,7 @@ struct WorldCall {
 using Reply = std::function<void(Result<Bytes>)>;
 
 /// One world as the front sees it, wherever it lives: encoded requests in, encoded replies and streams out. Decoding,
-/// validation and encoding happen on the world's side. Thread-safe; no call blocks or does physics.
+/// validation and encoding happen on the world's side. Thread-safe; no call takes long.
 class WorldHost {
  public:
   virtual ~WorldHost() = default;
