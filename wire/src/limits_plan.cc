@@ -107,7 +107,7 @@ class Plans {
     if (limit.has_min()) rules.min = limit.min();
     if (limit.has_max()) rules.max = limit.max();
     if (limit.exclusive_min()) rules.min = std::nextafter(rules.min, std::numeric_limits<double>::infinity());
-    if (!limit.pattern().empty()) rules.pattern.emplace(limit.pattern(), std::regex::ECMAScript | std::regex::optimize);
+    if (!limit.pattern().empty()) rules.pattern = std::make_shared<RE2>(limit.pattern());
     assert(!limit.has_column() || (limit.column().width() > 0 && limit.column().scalar() != v1::SCALAR_UNSPECIFIED));
     if (!limit.column().rows_as().empty()) {
       rules.rows_as = field->containing_type()->FindFieldByName(limit.column().rows_as());

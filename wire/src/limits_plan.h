@@ -1,5 +1,6 @@
 #pragma once
 #include <google/protobuf/descriptor.h>
+#include <re2/re2.h>
 
 #include <cfloat>
 #include <cstdint>
@@ -8,12 +9,6 @@
 #include <vector>
 
 #include "genphys/v1/limits.pb.h"
-
-// GCC 12 with -fsanitize=address believes that the union inside an automaton's state is read before it is written.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#include <regex>
-#pragma GCC diagnostic pop
 
 namespace genphys {
 
@@ -33,7 +28,8 @@ struct FieldRules {
   /// Inclusive and finite, so that a value within them is finite too.
   double min = -DBL_MAX;
   double max = DBL_MAX;
-  std::optional<std::regex> pattern;
+  /// Null: any text.
+  std::shared_ptr<const RE2> pattern;
   /// The column that decides the number of rows; null when this one does.
   const google::protobuf::FieldDescriptor* rows_as = nullptr;
   /// Of the message that the field holds; null for other fields.

@@ -146,7 +146,7 @@ Status CheckText(const FieldRules& rules, const Place& place, std::string_view t
     return RefuseAt(place, Reason::kOutOfRange,
                     absl::StrCat("must be at most ", limit.max_length(), " bytes long, is ", text.size()));
   }
-  if (!rules.pattern || text.empty() || std::regex_match(text.begin(), text.end(), *rules.pattern)) return {};
+  if (!rules.pattern || text.empty() || RE2::FullMatch({text.data(), text.size()}, *rules.pattern)) return {};
   return RefuseAt(place, Reason::kInvalidValue, absl::StrCat("must have the form ", limit.pattern()));
 }
 
