@@ -6,13 +6,12 @@ find_package(PkgConfig REQUIRED)
 
 # The module comes first: Debian 12 ships no protobuf-config.cmake, and gRPC's own configuration expects its targets.
 find_package(Protobuf REQUIRED)
-find_package(gRPC CONFIG REQUIRED)
+find_package(gRPC CONFIG REQUIRED)  # and re2::re2
 find_package(absl CONFIG REQUIRED)
 find_package(Eigen3 3.4 CONFIG REQUIRED)
 find_package(spdlog CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
-pkg_check_modules(re2 REQUIRED IMPORTED_TARGET re2)
 
 # Users of a clone and the tests run Debian's interpreter, for it is the one that Debian's grpc module is installed for.
 set(GENPHYS_PYTHON "/usr/bin/python3" CACHE FILEPATH "The Python interpreter that runs checks and Python tests.")
