@@ -6,6 +6,7 @@
 
 #include <cstdio>
 #include <random>
+#include <thread>
 
 #include "genphys/wire/error.h"
 
@@ -20,26 +21,10 @@ constexpr int kKeepaliveTimeoutMilliseconds = 10'000;
 constexpr int kReconnectMillisecondsMin = 100;
 constexpr int kReconnectMillisecondsMax = 1'000;
 
-// Reads, and changes that carry a request id: done twice they are done once.
-constexpr char kRetries[] = R"({"methodConfig": [{
-  "name": [
-    {"service": "genphys.v1.EngineService"},
-    {"service": "genphys.v1.WorldService", "method": "CreateWorld"},
-    {"service": "genphys.v1.WorldService", "method": "GetWorld"},
-    {"service": "genphys.v1.WorldService", "method": "ListWorlds"},
-    {"service": "genphys.v1.SimulationService", "method": "CreateEntity"},
-    {"service": "genphys.v1.SimulationService", "method": "DeleteEntity"},
-    {"service": "genphys.v1.SimulationService", "method": "ApplyForce"},
-    {"service": "genphys.v1.SimulationService", "method": "GetEntity"},
-    {"service": "genphys.v1.SimulationService", "method": "ListEntities"},
-    {"service": "genphys.v1.SimulationService", "method": "Step"},
-    {"service": "genphys.v1.SimulationService", "method": "CastRays"}
-  ],
-  "retryPolicy": {
-    "maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2,
-    "retryableStatusCodes": ["UNAVAILABLE"]
-  }
-}]})";
+// Between attempts of one call; doubled each time, and shortened at random so that clients do not come back all at
+// once.
+constexpr std::chrono::milliseconds kPauseFirst{100};
+constexpr int kAttemptsMax = 4;
 
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
   grpc::ChannelArguments arguments;
@@ -53,7 +38,6 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kReconnectMillisecondsMax);
   // The address is meant as it stands, whatever proxy the environment names for the web.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  arguments.SetServiceConfigJSON(kRetries);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
@@ -81,6 +65,18 @@ Connection::Connection(const std::string& address, const ConnectOptions& options
       worlds_(channel_),
       simulation_(channel_),
       request_prefix_(RandomPrefix()) {}
+
+bool Retry::Again(const grpc::Status& status) {
+  if (status.error_code() != grpc::StatusCode::UNAVAILABLE || attempts_ == kAttemptsMax) return false;
+  static thread_local std::minstd_rand random{std::random_device{}()};
+  const auto pause = std::uniform_real_distribution(0.5, 1.0)(random) * (1 << (attempts_ - 1)) *
+                     std::chrono::duration<double, std::milli>(kPauseFirst);
+  const auto next = std::chrono::system_clock::now() + std::chrono::round<std::chrono::system_clock::duration>(pause);
+  if (next >= deadline_) return false;
+  std::this_thread::sleep_until(next);
+  ++attempts_;
+  return true;
+}
 
 Status Connection::WaitUntilConnected(std::chrono::milliseconds timeout) {
   if (channel_->WaitForConnected(std::chrono::system_clock::now() + timeout)) return absl::OkStatus();

@@ -51,7 +51,7 @@ World::~World() {
   v1::DeleteWorldRequest request;
   request.set_name(name_);
   v1::DeleteWorldResponse response;
-  (void)connection_->Call(connection_->worlds(), &Worlds::DeleteWorld, request, &response, kFarewell);
+  (void)connection_->CallOnce(connection_->worlds(), &Worlds::DeleteWorld, request, &response, kFarewell);
 }
 
 Result<WorldInfo> World::Info() const {
@@ -69,7 +69,7 @@ Status World::Delete() {
   v1::DeleteWorldRequest request;
   request.set_name(name_);
   v1::DeleteWorldResponse response;
-  GENPHYS_RETURN_IF_ERROR(connection_->Call(connection_->worlds(), &Worlds::DeleteWorld, request, &response));
+  GENPHYS_RETURN_IF_ERROR(connection_->CallOnce(connection_->worlds(), &Worlds::DeleteWorld, request, &response));
   owned_ = false;
   return absl::OkStatus();
 }
@@ -184,21 +184,21 @@ Status World::Play(double real_time_factor) {
   request.set_name(name_);
   request.set_real_time_factor(real_time_factor);
   v1::PlayWorldResponse response;
-  return connection_->Call(connection_->worlds(), &Worlds::PlayWorld, request, &response);
+  return connection_->CallOnce(connection_->worlds(), &Worlds::PlayWorld, request, &response);
 }
 
 Status World::Pause() {
   v1::PauseWorldRequest request;
   request.set_name(name_);
   v1::PauseWorldResponse response;
-  return connection_->Call(connection_->worlds(), &Worlds::PauseWorld, request, &response);
+  return connection_->CallOnce(connection_->worlds(), &Worlds::PauseWorld, request, &response);
 }
 
 Status World::Reset() {
   v1::ResetWorldRequest request;
   request.set_name(name_);
   v1::ResetWorldResponse response;
-  return connection_->Call(connection_->worlds(), &Worlds::ResetWorld, request, &response);
+  return connection_->CallOnce(connection_->worlds(), &Worlds::ResetWorld, request, &response);
 }
 
 Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t collides_with_bits) const {
