@@ -63,7 +63,7 @@ Scene Pile(const std::string& engine) {
   constexpr double kTurn = 0.3;   // rad
   Scene scene{.name = "pile", .world = {.engine = engine}};
   // It falls, tumbles and has come to rest after this; it would sleep then.
-  scene.steps_before = static_cast<uint32_t>(5 * kStepsPerSecond);
+  scene.steps_before = static_cast<uint32_t>(4 * kStepsPerSecond);
   scene.world.ground_plane = true;
   scene.world.default_auto_disable.enabled = false;
   Jitter jitter;
