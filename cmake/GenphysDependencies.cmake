@@ -12,6 +12,7 @@ find_package(Eigen3 3.4 CONFIG REQUIRED)
 find_package(spdlog CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(qhull REQUIRED IMPORTED_TARGET qhull_r)
 
 # Users of a clone and the tests run Debian's interpreter, for it is the one that Debian's grpc module is installed for.
 set(GENPHYS_PYTHON "/usr/bin/python3" CACHE FILEPATH "The Python interpreter that runs checks and Python tests.")

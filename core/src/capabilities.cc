@@ -6,13 +6,33 @@
 namespace genphys {
 
 std::string_view NameOf(Feature feature) {
-  static constexpr std::array<std::string_view, static_cast<size_t>(Feature::kCount)> kNames{
-      "unspecified",          "shape_sphere",    "shape_box",         "shape_capsule",
-      "shape_cylinder",       "shape_plane",     "shape_convex_hull", "shape_triangle_mesh",
-      "shape_heightfield",    "contacts",        "ray_casts",         "sensors",
-      "solver_iterative",     "solver_direct",   "joint_ball",        "joint_hinge",
-      "joint_slider",         "joint_universal", "joint_fixed",       "error_correction",
-      "continuous_collision", "exact_snapshot"};
+  static constexpr std::array<std::string_view, static_cast<size_t>(Feature::kCount)> kNames{"unspecified",
+                                                                                             "shape_sphere",
+                                                                                             "shape_box",
+                                                                                             "shape_capsule",
+                                                                                             "shape_cylinder",
+                                                                                             "shape_plane",
+                                                                                             "shape_convex_hull",
+                                                                                             "shape_triangle_mesh",
+                                                                                             "shape_heightfield",
+                                                                                             "contacts",
+                                                                                             "ray_casts",
+                                                                                             "sensors",
+                                                                                             "solver_iterative",
+                                                                                             "solver_direct",
+                                                                                             "joint_ball",
+                                                                                             "joint_hinge",
+                                                                                             "joint_slider",
+                                                                                             "joint_universal",
+                                                                                             "joint_fixed",
+                                                                                             "error_correction",
+                                                                                             "continuous_collision",
+                                                                                             "exact_snapshot",
+                                                                                             "shape_cone",
+                                                                                             "shape_ellipsoid",
+                                                                                             "dynamic_triangle_mesh",
+                                                                                             "dynamic_heightfield",
+                                                                                             "shape_queries"};
   return kNames[static_cast<size_t>(feature)];
 }
 
@@ -23,6 +43,11 @@ Feature FeatureOf(const Shape& shape) {
     Feature operator()(const Capsule&) const { return Feature::kShapeCapsule; }
     Feature operator()(const Cylinder&) const { return Feature::kShapeCylinder; }
     Feature operator()(const Plane&) const { return Feature::kShapePlane; }
+    Feature operator()(const Cone&) const { return Feature::kShapeCone; }
+    Feature operator()(const Ellipsoid&) const { return Feature::kShapeEllipsoid; }
+    Feature operator()(const ConvexHull&) const { return Feature::kShapeConvexHull; }
+    Feature operator()(const TriangleMesh&) const { return Feature::kShapeTriangleMesh; }
+    Feature operator()(const Heightfield&) const { return Feature::kShapeHeightfield; }
   };
   return std::visit(Visitor{}, shape);
 }

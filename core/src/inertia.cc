@@ -6,6 +6,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "genphys/convex_hull.h"
+
 namespace genphys {
 namespace {
 
@@ -33,6 +35,21 @@ struct VolumeOf {
   }
   double operator()(const Cylinder& c) const { return 2 * pi * c.radius * c.radius * c.half_length; }
   double operator()(const Plane&) const { return 0; }
+  double operator()(const Cone& c) const { return 2.0 / 3.0 * pi * c.radius * c.radius * c.half_length; }
+  double operator()(const Ellipsoid& e) const { return 4.0 / 3.0 * pi * e.semi_axes.prod(); }
+  double operator()(const ConvexHull& h) const { return h.data->volume; }
+  double operator()(const TriangleMesh&) const { return 0; }
+  double operator()(const Heightfield&) const { return 0; }
+};
+
+struct CenterOf {
+  // A cone's lies at a quarter of its height.
+  Vector3 operator()(const Cone& c) const { return {0, 0, -c.half_length / 2}; }
+  Vector3 operator()(const ConvexHull& h) const { return h.data->center_of_mass; }
+  template <typename Symmetric>
+  Vector3 operator()(const Symmetric&) const {
+    return Vector3::Zero();
+  }
 };
 
 // Closed forms for solids of uniform density, as in any table of moments of inertia (e.g. Goldstein, Classical
@@ -61,6 +78,19 @@ struct TensorOf {
     return middle + Diagonal(across, across, along);
   }
   Matrix3 operator()(const Plane&) const { return Matrix3::Zero(); }
+  Matrix3 operator()(const Cone& c) const {
+    const double mass = VolumeOf{}(c), square = c.radius * c.radius;
+    // 3/20 r^2 + 3/80 of the squared height.
+    const double across = 0.15 * mass * (square + c.half_length * c.half_length);
+    return Diagonal(across, across, 0.3 * mass * square);
+  }
+  Matrix3 operator()(const Ellipsoid& e) const {
+    const Vector3 sq = e.semi_axes.cwiseAbs2();
+    return VolumeOf{}(e) / 5 * Diagonal(sq.y() + sq.z(), sq.x() + sq.z(), sq.x() + sq.y());
+  }
+  Matrix3 operator()(const ConvexHull& h) const { return h.data->tensor; }
+  Matrix3 operator()(const TriangleMesh&) const { return Matrix3::Zero(); }
+  Matrix3 operator()(const Heightfield&) const { return Matrix3::Zero(); }
 };
 
 struct Sum {
@@ -79,7 +109,7 @@ Sum SumOf(const std::vector<Geometry>& geometries) {
   };
   visit_solids([&](const Geometry& geometry, double mass) {
     sum.mass += mass;
-    sum.center += mass * geometry.pose_in_entity.position;
+    sum.center += mass * geometry.pose_in_entity.Transform(CenterOfMass(geometry.shape));
   });
   if (!(sum.mass > 0)) return {};
   sum.center /= sum.mass;
@@ -87,7 +117,7 @@ Sum SumOf(const std::vector<Geometry>& geometries) {
   visit_solids([&](const Geometry& geometry, double mass) {
     const Matrix3 rotation = geometry.pose_in_entity.orientation.toRotationMatrix();
     sum.tensor += *geometry.material.density * rotation * UnitDensityTensor(geometry.shape) * rotation.transpose() +
-                  Steiner(mass, geometry.pose_in_entity.position - sum.center);
+                  Steiner(mass, geometry.pose_in_entity.Transform(CenterOfMass(geometry.shape)) - sum.center);
   });
   return sum;
 }
@@ -110,6 +140,8 @@ bool IsSpherical(const Matrix3& tensor) {
 }  // namespace
 
 double Volume(const Shape& shape) { return std::visit(VolumeOf{}, shape); }
+
+Vector3 CenterOfMass(const Shape& shape) { return std::visit(CenterOf{}, shape); }
 
 Matrix3 UnitDensityTensor(const Shape& shape) { return std::visit(TensorOf{}, shape); }
 

@@ -2,6 +2,8 @@
 
 #include <xxhash.h>
 
+#include "genphys/convex_hull.h"
+#include "genphys/surface.h"
 #include "serialize.h"
 
 namespace genphys {
@@ -31,6 +33,32 @@ void Put(ByteWriter& out, const Plane& shape) {
   const auto& [normal, offset] = shape;
   out.Put(normal);
   out.Put(offset);
+}
+
+void Put(ByteWriter& out, const Cone& shape) {
+  const auto& [radius, half_length] = shape;
+  out.Put(radius);
+  out.Put(half_length);
+}
+void Put(ByteWriter& out, const Ellipsoid& shape) {
+  const auto& [semi_axes] = shape;
+  out.Put(semi_axes);
+}
+// Of large shapes the hash of what was asked for, from which the rest follows, was made with them.
+void Put(ByteWriter& out, const ConvexHull& shape) {
+  const auto& [data] = shape;
+  out.Put(uint64_t{data->points.size()});
+  out.Put(data->hash);
+}
+void Put(ByteWriter& out, const TriangleMesh& shape) {
+  const auto& [data] = shape;
+  out.Put(uint64_t{data->indices.size()});
+  out.Put(data->hash);
+}
+void Put(ByteWriter& out, const Heightfield& shape) {
+  const auto& [data] = shape;
+  out.Put(data->rows);
+  out.Put(data->hash);
 }
 
 void Put(ByteWriter& out, const Pose& pose) {

@@ -40,10 +40,27 @@ struct ShapeCheck {
     }
     return CheckNumber(p.offset, -Limits::kPositionMax, Limits::kPositionMax, "plane.offset");
   }
+  Status operator()(const Cone& c) const {
+    GENPHYS_RETURN_IF_ERROR(CheckSize(c.radius, "cone.radius"));
+    return CheckSize(c.half_length, "cone.half_length");
+  }
+  Status operator()(const Ellipsoid& e) const {
+    GENPHYS_RETURN_IF_ERROR(CheckSize(e.semi_axes.x(), "ellipsoid.semi_axes.x"));
+    GENPHYS_RETURN_IF_ERROR(CheckSize(e.semi_axes.y(), "ellipsoid.semi_axes.y"));
+    return CheckSize(e.semi_axes.z(), "ellipsoid.semi_axes.z");
+  }
+  // Whoever made the data has checked it.
+  Status operator()(const ConvexHull& h) const { return CheckMade(h.data != nullptr, "convex_hull.vertices"); }
+  Status operator()(const TriangleMesh& m) const { return CheckMade(m.data != nullptr, "triangle_mesh.vertices"); }
+  Status operator()(const Heightfield& h) const { return CheckMade(h.data != nullptr, "heightfield.heights"); }
+
+  static Status CheckMade(bool is_made, std::string_view field) {
+    return is_made ? absl::OkStatus() : Refuse(Reason::kMissingField, field, "the shape has no data");
+  }
 };
 
 Status CheckGeometry(const Geometry& geometry, MotionType motion) {
-  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(std::visit(ShapeCheck{}, geometry.shape), "shape"));
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckShape(geometry.shape), "shape"));
   if (std::holds_alternative<Plane>(geometry.shape) && motion != MotionType::kStatic) {
     return Refuse(Reason::kInvalidValue, "shape.plane", "only a static entity may have a plane");
   }
@@ -147,6 +164,8 @@ Status CheckMaterial(const Material& material) {
   return CheckOptional(material.density, Limits::kDensityMin, Limits::kDensityMax, "density");
 }
 
+Status CheckShape(const Shape& shape) { return std::visit(ShapeCheck{}, shape); }
+
 Status CheckAutoDisable(const AutoDisable& policy) {
   GENPHYS_RETURN_IF_ERROR(CheckOptional(policy.linear_speed_max, 0, Limits::kSpeedMax, "linear_speed_max"));
   GENPHYS_RETURN_IF_ERROR(CheckOptional(policy.angular_speed_max, 0, Limits::kSpinMax, "angular_speed_max"));
@@ -165,6 +184,12 @@ Status CheckFeatures(const EntityDesc& desc, const Capabilities& capabilities) {
     const std::string path = Cat("rigid_body.geometries[", i, "].");
     if (const Feature shape = FeatureOf(geometry.shape); !capabilities.Has(shape)) {
       return UnsupportedFeature(shape, capabilities.engine(), Cat(path, "shape"));
+    }
+    const Feature dynamic = std::holds_alternative<TriangleMesh>(geometry.shape) ? Feature::kDynamicTriangleMesh
+                                                                                 : Feature::kDynamicHeightfield;
+    if (IsSurface(geometry.shape) && desc.rigid_body->motion_type == MotionType::kDynamic &&
+        !capabilities.Has(dynamic)) {
+      return UnsupportedFeature(dynamic, capabilities.engine(), Cat(path, "shape"));
     }
     if (geometry.is_sensor && !capabilities.Has(Feature::kSensors)) {
       return UnsupportedFeature(Feature::kSensors, capabilities.engine(), Cat(path, "is_sensor"));

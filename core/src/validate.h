@@ -14,6 +14,7 @@ Status CheckOrientation(const Quaternion& value, std::string_view field);
 Status CheckPose(const Pose& pose, std::string_view field);
 Status CheckStepper(const StepperDesc& stepper);
 Status CheckMaterial(const Material& material);
+Status CheckShape(const Shape& shape);
 Status CheckAutoDisable(const AutoDisable& policy);
 
 /// Numbers alone: what a world's defaults and the engine's features have to say comes after filling.

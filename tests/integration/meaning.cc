@@ -43,8 +43,6 @@ const std::vector<Known> kNowhere{
     {R"(StepRequest\.(.*update_joint)\.update_mask.*)", kAny, Reason::kUnsupportedFeature, "$1.joint.ball"},
     {R"(StepRequest\.(.*delete_joint\.joint_id))", kAny, Reason::kUnsupportedFeature, "$1"},
     {R"(StepRequest\.(.*set_motors)\..*)", kAny, Reason::kUnsupportedFeature, "$1.joint_ids"},
-    {R"([A-Za-z]+Request\.(.*\.shape\.(convex_hull|triangle_mesh|heightfield))\..*)", kAny, Reason::kUnsupportedFeature,
-     "$1"},
     {R"([A-Za-z]+Request\.(.*\.error_correction)\..*)", kAny, Reason::kUnsupportedFeature, "$1"},
 };
 
@@ -52,6 +50,14 @@ const std::vector<Known> kNowhere{
 const std::vector<Known> kImpossible{
     // The entities of these cases are dynamic, and a half space is not.
     {R"([A-Za-z]+Request\.(.*\.shape\.plane)\..*)", kAny, Reason::kInvalidValue, "$1"},
+    // Points at one place bound no body and span no triangle, and one height is no field.
+    {R"([A-Za-z]+Request\.(.*\.shape\.convex_hull)\..*)", kAny, Reason::kInvalidValue, "$1.vertices"},
+    // A mesh has one vertex then, which is number 0, and names others.
+    {R"([A-Za-z]+Request\.(.*\.shape\.triangle_mesh)\.indices\[0\])", "at min", Reason::kOutOfRange, "$1.indices[1]"},
+    {R"([A-Za-z]+Request\.(.*\.shape\.triangle_mesh)\.(?:vertices|indices)\[0\])", kAny, Reason::kOutOfRange,
+     "$1.indices[0]"},
+    {R"([A-Za-z]+Request\.(.*\.shape\.triangle_mesh)\..*)", kAny, Reason::kInvalidValue, "$1.indices"},
+    {R"([A-Za-z]+Request\.(.*\.shape\.heightfield)\..*)", kAny, Reason::kInvalidValue, "$1.heights"},
     // With all other elements 1, no element makes a tensor that is positive definite.
     {R"([A-Za-z]+Request\.(.*\.inertia\.tensor).*)", kAny, Reason::kInvalidValue, "$1"},
 };

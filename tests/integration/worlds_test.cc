@@ -68,7 +68,7 @@ TEST(CreateWorld, RefusesAnEngineThatIsNotThereAndFeaturesThatItLacks) {
   EXPECT_EQ(RefusalOf(unknown)->field, "world.engine") << unknown.ToString();
 
   request.mutable_world()->clear_engine();
-  request.mutable_world()->add_required_features(v1::FEATURE_SHAPE_HEIGHTFIELD);
+  request.mutable_world()->add_required_features(v1::FEATURE_DYNAMIC_HEIGHTFIELD);
   const Status lacking = MustNot(server.worlds(), &Worlds::CreateWorld, request);
   EXPECT_EQ(lacking.code(), absl::StatusCode::kUnimplemented) << lacking.ToString();
 

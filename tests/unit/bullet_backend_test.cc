@@ -28,7 +28,8 @@ TEST(BulletBackend, ListsOnlyWhatItCan) {
   EXPECT_TRUE(capabilities.Has(Feature::kShapeCylinder));
   EXPECT_TRUE(capabilities.Has(Feature::kSolverIterative));
   EXPECT_FALSE(capabilities.Has(Feature::kSolverDirect));
-  EXPECT_FALSE(capabilities.Has(Feature::kShapeConvexHull));
+  EXPECT_TRUE(capabilities.Has(Feature::kShapeConvexHull));
+  EXPECT_FALSE(capabilities.Has(Feature::kDynamicTriangleMesh));
   EXPECT_FALSE(capabilities.Has(Feature::kJointBall));
 }
 

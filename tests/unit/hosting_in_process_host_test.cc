@@ -34,6 +34,8 @@ class FlakyWorld final : public BackendWorld {
     if (failure_ == Failure::kNoMemory) throw std::bad_alloc();
   }
   void CastRays(const PairRule&, std::span<const Ray>, uint64_t, std::span<RayHit>) override {}
+  void FindOnSegment(const Ray&, std::vector<GeometryRow>&) override {}
+  void FindInBounds(const Bounds&, std::vector<GeometryRow>&) override {}
   void SaveState(std::string&) const override {}
 
  private:

@@ -24,6 +24,11 @@ bool Inside(const Shape& shape, const Vector3& p) {
   if (const auto* c = std::get_if<Cylinder>(&shape)) {
     return p.head<2>().norm() <= c->radius && std::abs(p.z()) <= c->half_length;
   }
+  if (const auto* c = std::get_if<Cone>(&shape)) {
+    return std::abs(p.z()) <= c->half_length &&
+           p.head<2>().norm() <= c->radius * (c->half_length - p.z()) / (2 * c->half_length);
+  }
+  if (const auto* e = std::get_if<Ellipsoid>(&shape)) return p.cwiseQuotient(e->semi_axes).norm() <= 1;
   if (const auto* c = std::get_if<Capsule>(&shape)) {
     const double beyond = std::max(0.0, std::abs(p.z()) - c->half_length);
     return std::hypot(p.head<2>().norm(), beyond) <= c->radius;
@@ -41,6 +46,7 @@ TEST_P(ClosedForms, AgreeWithSumsOverALattice) {
   constexpr double kLatticeError = 0.01;  // relative; surface cells over all cells, with signs that mostly cancel
   constexpr double kCell = 2 * kHalfWidth / kCells;
   double volume = 0;
+  Vector3 center = Vector3::Zero();
   Matrix3 tensor = Matrix3::Zero();
   for (int i = 0; i < kCells; ++i) {
     for (int j = 0; j < kCells; ++j) {
@@ -48,18 +54,40 @@ TEST_P(ClosedForms, AgreeWithSumsOverALattice) {
         const Vector3 p = Vector3(i + 0.5, j + 0.5, k + 0.5) * kCell - Vector3::Constant(kHalfWidth);
         if (!Inside(GetParam(), p)) continue;
         volume += kCell * kCell * kCell;
+        center += kCell * kCell * kCell * p;
         tensor += kCell * kCell * kCell * (p.squaredNorm() * Matrix3::Identity() - p * p.transpose());
       }
     }
   }
 
+  center /= volume;
+  // About the centre, by Steiner's theorem.
+  tensor -= volume * (center.squaredNorm() * Matrix3::Identity() - center * center.transpose());
+
   EXPECT_NEAR(Volume(GetParam()) / volume, 1, kLatticeError);
+  EXPECT_LT((CenterOfMass(GetParam()) - center).norm(), kLatticeError);
   EXPECT_LE((UnitDensityTensor(GetParam()) - tensor).norm(), kLatticeError * tensor.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, ClosedForms,
                          ::testing::Values(Shape(Sphere{0.9}), Shape(Box{{0.40625, 0.715, 1.105}}),
-                                           Shape(Capsule{0.4, 0.6}), Shape(Cylinder{0.5, 0.8})));
+                                           Shape(Capsule{0.4, 0.6}), Shape(Cylinder{0.5, 0.8}), Shape(Cone{0.9, 1.105}),
+                                           Shape(Ellipsoid{{0.7, 0.9, 1.2}})));
+
+TEST(MassProperties, OfAConeLieWhereItsMassIs) {
+  RigidBody body = BodyOf(Cone{0.3, 0.4});
+  body.geometries[0].pose_in_entity = {{1, 2, 3}, Quaternion(Eigen::AngleAxisd(pi, Vector3::UnitX()))};
+
+  const Result<MassProperties> mass = ComputeMassProperties(body);
+
+  ASSERT_TRUE(mass.ok());
+  // Upside down, its heavy end is up.
+  EXPECT_LT((mass->center_of_mass - Vector3(1, 2, 3.2)).norm(), kRounding);
+  // Across the axis and about the apex it is 3/20 r^2 + 3/5 h^2, and the centre lies 3/4 h from there.
+  const double across = mass->mass * (0.15 * 0.09 + 0.6 * 0.64 - 0.36);
+  EXPECT_NEAR(mass->tensor(0, 0) / across, 1, kRounding);
+  EXPECT_NEAR(mass->tensor(2, 2) / (0.3 * mass->mass * 0.09), 1, kRounding);
+}
 
 TEST(MassProperties, OfACompoundFollowSteiner) {
   RigidBody body;

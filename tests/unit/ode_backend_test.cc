@@ -39,7 +39,8 @@ TEST(OdeBackend, ListsOnlyWhatItCan) {
   EXPECT_EQ(backend->capabilities().engine(), "ode");
   EXPECT_EQ(backend->capabilities().version(), "0.16.2");
   EXPECT_TRUE(backend->capabilities().Has(Feature::kSolverDirect));
-  EXPECT_FALSE(backend->capabilities().Has(Feature::kShapeConvexHull));
+  EXPECT_TRUE(backend->capabilities().Has(Feature::kShapeConvexHull));
+  EXPECT_FALSE(backend->capabilities().Has(Feature::kDynamicTriangleMesh));
   EXPECT_FALSE(backend->capabilities().Has(Feature::kJointBall));
 }
 

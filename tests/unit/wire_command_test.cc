@@ -101,7 +101,7 @@ TEST(WireCommand, TellsWhichCommandOfABatchIsRefused) {
       ->mutable_convex_hull();
 
   EXPECT_EQ(Verdict(DecodeCommands(commands).status()),
-            "UNSUPPORTED_FEATURE commands[1].create_entity.entity.rigid_body.geometries[0].shape.convex_hull");
+            "INVALID_VALUE commands[1].create_entity.entity.rigid_body.geometries[0].shape.convex_hull.vertices");
 }
 
 TEST(WireCommand, RefusesACommandOfNoKind) {

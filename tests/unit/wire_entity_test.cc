@@ -20,20 +20,66 @@ TEST_P(EveryShape, TravelsInAnEntityWithAllItsFields) {
   EXPECT_TRUE(SameMessage(sent, returned));
 }
 
-INSTANTIATE_TEST_SUITE_P(WireEntity, EveryShape, testing::Values("sphere", "box", "capsule", "cylinder", "plane"),
+INSTANTIATE_TEST_SUITE_P(WireEntity, EveryShape,
+                         testing::Values("sphere", "box", "capsule", "cylinder", "plane", "cone", "ellipsoid"),
                          [](const auto& named) { return named.param; });
 
-class EveryMissingShape : public testing::TestWithParam<std::string> {};
+v1::Shape* AddShape(v1::Entity& entity) { return entity.mutable_rigid_body()->add_geometries()->mutable_shape(); }
 
-TEST_P(EveryMissingShape, IsRefusedByName) {
-  const Status status = DecodeEntity(FilledEntity(GetParam())).status();
+TEST(WireEntity, KeepsHullsMeshesAndHeightfieldsAsTheyWereGiven) {
+  v1::Entity sent;
+  for (const double number : {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.1, 0.2, 0.3}) {
+    // The last vertex lies inside, and is kept all the same.
+    if (sent.rigid_body().geometries_size() == 0) AddShape(sent);
+    sent.mutable_rigid_body()->mutable_geometries(0)->mutable_shape()->mutable_convex_hull()->add_vertices(number);
+  }
+  v1::TriangleMesh* mesh = AddShape(sent)->mutable_triangle_mesh();
+  for (const double number : {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0}) mesh->add_vertices(number);
+  for (const uint32_t number : {0u, 1u, 2u, 0u, 0u, 1u, 0u, 2u, 3u}) mesh->add_indices(number);
+  v1::Heightfield* field = AddShape(sent)->mutable_heightfield();
+  field->set_rows(2);
+  field->set_columns(3);
+  field->set_cell_size(0.5);
+  for (int i = 0; i < 6; ++i) field->add_heights(0.1 * i);
 
-  EXPECT_EQ(Verdict(status), "UNSUPPORTED_FEATURE rigid_body.geometries[0].shape." + GetParam());
-  EXPECT_NE(MessageOf(status).find("shape_" + GetParam()), std::string::npos) << status;
+  const Result<EntityDesc> desc = DecodeEntity(sent);
+  ASSERT_TRUE(desc.ok()) << desc.status();
+  v1::Entity returned;
+  EncodeEntity(EntityId(), *desc, &returned);
+
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(SameMessage(sent.rigid_body().geometries(i).shape(), returned.rigid_body().geometries(i).shape()));
+  }
 }
 
-INSTANTIATE_TEST_SUITE_P(WireEntity, EveryMissingShape, testing::Values("convex_hull", "triangle_mesh", "heightfield"),
-                         [](const auto& named) { return named.param; });
+TEST(WireEntity, RefusesShapesThatAreNoneByTheirField) {
+  const auto verdict = [](const auto& fill) {
+    v1::Entity entity;
+    fill(*AddShape(entity));
+    return Verdict(DecodeEntity(entity).status());
+  };
+  const std::string path = "rigid_body.geometries[0].shape.";
+  const auto flat = [](v1::Shape& shape) {
+    for (int i = 0; i < 12; ++i) shape.mutable_convex_hull()->add_vertices(i % 3 == 2 ? 1 : i);
+  };
+  EXPECT_EQ(verdict(flat), "INVALID_VALUE " + path + "convex_hull.vertices");
+  const auto beyond = [](v1::Shape& shape) {
+    for (int i = 0; i < 9; ++i) shape.mutable_triangle_mesh()->add_vertices(i * i);
+    for (const uint32_t number : {0u, 1u, 3u}) shape.mutable_triangle_mesh()->add_indices(number);
+  };
+  EXPECT_EQ(verdict(beyond), "OUT_OF_RANGE " + path + "triangle_mesh.indices[2]");
+  const auto without_area = [](v1::Shape& shape) {
+    for (int i = 0; i < 9; ++i) shape.mutable_triangle_mesh()->add_vertices(i);
+    for (const uint32_t number : {0u, 1u, 2u}) shape.mutable_triangle_mesh()->add_indices(number);
+  };
+  EXPECT_EQ(verdict(without_area), "INVALID_VALUE " + path + "triangle_mesh.indices");
+  const auto too_few = [](v1::Shape& shape) {
+    shape.mutable_heightfield()->set_rows(2);
+    shape.mutable_heightfield()->set_columns(2);
+    for (int i = 0; i < 3; ++i) shape.mutable_heightfield()->add_heights(i);
+  };
+  EXPECT_EQ(verdict(too_few), "INVALID_VALUE " + path + "heightfield.heights");
+}
 
 TEST(WireEntity, RefusesAShapeOfNoKind) {
   v1::Entity entity;

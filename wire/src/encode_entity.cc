@@ -1,4 +1,6 @@
 #include "enums.h"
+#include "genphys/convex_hull.h"
+#include "genphys/surface.h"
 #include "genphys/wire/encode.h"
 #include "material_fields.h"
 #include "values.h"
@@ -22,6 +24,36 @@ struct ShapeEncoder {
   void operator()(const Plane& plane) const {
     EncodeVector(plane.normal, out->mutable_plane()->mutable_normal());
     out->mutable_plane()->set_offset(plane.offset);
+  }
+  void operator()(const Cone& cone) const {
+    out->mutable_cone()->set_radius(cone.radius);
+    out->mutable_cone()->set_half_length(cone.half_length);
+  }
+  void operator()(const Ellipsoid& ellipsoid) const {
+    EncodeVector(ellipsoid.semi_axes, out->mutable_ellipsoid()->mutable_semi_axes());
+  }
+  void operator()(const ConvexHull& hull) const {
+    v1::ConvexHull& message = *out->mutable_convex_hull();
+    if (hull.data != nullptr) AddPoints(hull.data->points, *message.mutable_vertices());
+  }
+  void operator()(const TriangleMesh& mesh) const {
+    v1::TriangleMesh& message = *out->mutable_triangle_mesh();
+    if (mesh.data == nullptr) return;
+    AddPoints(mesh.data->vertices, *message.mutable_vertices());
+    message.mutable_indices()->Add(mesh.data->indices.begin(), mesh.data->indices.end());
+  }
+  void operator()(const Heightfield& field) const {
+    v1::Heightfield& message = *out->mutable_heightfield();
+    if (field.data == nullptr) return;
+    message.set_rows(field.data->rows);
+    message.set_columns(field.data->columns);
+    message.set_cell_size(field.data->cell_size);
+    message.mutable_heights()->Add(field.data->heights.begin(), field.data->heights.end());
+  }
+
+  static void AddPoints(const std::vector<Vector3>& points, google::protobuf::RepeatedField<double>& out) {
+    out.Reserve(static_cast<int>(3 * points.size()));
+    for (const Vector3& point : points) out.Add(point.data(), point.data() + 3);
   }
 };
 

@@ -94,7 +94,9 @@ class BulletBackend final : public Backend {
       "bullet",
       absl::StrCat(btGetVersion() / 100, ".", btGetVersion() % 100),
       {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule, Feature::kShapeCylinder, Feature::kShapePlane,
-       Feature::kContacts, Feature::kRayCasts, Feature::kSensors, Feature::kSolverIterative}};
+       Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield, Feature::kShapeCone,
+       Feature::kShapeEllipsoid, Feature::kContacts, Feature::kRayCasts, Feature::kShapeQueries, Feature::kSensors,
+       Feature::kSolverIterative}};
 };
 
 }  // namespace

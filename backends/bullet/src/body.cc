@@ -60,14 +60,15 @@ void Body::PlaceGeometries() {
   for (PlacedGeometry& geometry : geometries) {
     geometry.placement.position = entity.Transform(geometry.pose_in_entity.position);
     geometry.placement.rotation = entity.rotation * geometry.pose_in_entity.orientation.toRotationMatrix();
-    geometry.bounds = BoundsOf(geometry.collision.shape, geometry.placement);
+    // Half of the gap on either side of a pair.
+    geometry.bounds = BoundsOf(geometry.collision.shape, geometry.placement).Widened(kContactGap / 2);
   }
 }
 
 void Body::LoadRigid(const StateArrays& state) {
   const Placement entity = ToPlacement(pose);
   const Placement center{entity.Transform(center_of_mass), entity.rotation * principal_axes};
-  rigid->setWorldTransform(center.transform());
+  rigid->setWorldTransform(ToTransform(center));
   rigid->updateInertiaTensor();
   rigid->setLinearVelocity(ToBullet(state.linear_velocities.col(Index(row))));
   rigid->setAngularVelocity(ToBullet(state.angular_velocities.col(Index(row))));

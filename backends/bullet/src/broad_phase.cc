@@ -152,4 +152,11 @@ void BroadPhase::FindOnSegment(const Vector3& start, const Vector3& end, std::ve
   }
 }
 
+void BroadPhase::FindInBounds(const Bounds& bounds, std::vector<const PlacedGeometry*>& found) {
+  found.assign(planes_.begin(), planes_.end());
+  const btDbvtVolume volume = VolumeOf(bounds);
+  LeafCollector collector(found);
+  for (btDbvt* tree : {&moving_, &resting_}) tree->collideTV(tree->m_root, volume, collector);
+}
+
 }  // namespace genphys::bullet_backend

@@ -34,6 +34,9 @@ class BroadPhase {
   /// Overwrites `found` with the geometries whose bounds the segment may cross, and with all planes.
   void FindOnSegment(const Vector3& start, const Vector3& end, std::vector<const PlacedGeometry*>& found);
 
+  /// Overwrites `found` with the geometries whose leaves overlap `bounds`, and with all planes.
+  void FindInBounds(const Bounds& bounds, std::vector<const PlacedGeometry*>& found);
+
  private:
   btDbvt moving_;
   btDbvt resting_;

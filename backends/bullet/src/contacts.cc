@@ -97,6 +97,12 @@ Nearest NearestTo(const Cylinder& cylinder, const Vector3& p) {
   return past_side > past_end ? Nearest{radial, past_side} : Nearest{axial, past_end};
 }
 
+// The narrow phase's.
+template <typename Other>
+Nearest NearestTo(const Other&, const Vector3&) {
+  return {};
+}
+
 Nearest NearestTo(const Plane& plane, const Vector3& p) { return {plane.normal, plane.normal.dot(p) - plane.offset}; }
 
 MeetingPoint MeetSphere(const Solid& solid, const Sphere& sphere, const Vector3& center) {
@@ -183,8 +189,8 @@ double OverlapAlong(const Vector3& direction, const Solid& a, const Solid& b) {
 
 std::optional<MeetingPoint> MeetBoxes(const Solid& a, const Solid& b) {
   btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-  input.m_transformA = a.placement.transform();
-  input.m_transformB = b.placement.transform();
+  input.m_transformA = ToTransform(a.placement);
+  input.m_transformB = ToTransform(b.placement);
   DeepestPoint result;
   btBoxBoxDetector(a.shape.padded.get(), b.shape.padded.get()).getClosestPoints(input, result, nullptr);
   // Bullet's boxes are padded, and between edges it counts in something against rounding.
@@ -225,8 +231,8 @@ std::optional<MeetingPoint> MeetCores(const Solid& a, const Solid& b) {
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver penetration;
   btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-  input.m_transformA = a.placement.transform();
-  input.m_transformB = b.placement.transform();
+  input.m_transformA = ToTransform(a.placement);
+  input.m_transformB = ToTransform(b.placement);
   const double reach = a.shape.core->getMargin() + b.shape.core->getMargin() + kContactGap;
   input.m_maximumDistanceSquared = reach * reach;
   DeepestPoint result;
@@ -284,7 +290,10 @@ void FindPoints(const Solid& a, const Solid& b, PointSet& points) {
 }  // namespace
 
 void FindMeeting(const CollisionShape& a, const Placement& placement_a, const CollisionShape& b,
-                 const Placement& placement_b, Meeting& meeting) {
+                 const Placement& placement_b, Manifold& meeting) {
+  if (IsForNarrowPhase(a.shape) || IsForNarrowPhase(b.shape)) {
+    return FindContacts(a.shape, placement_a, b.shape, placement_b, kContactGap, meeting);
+  }
   meeting.count = 0;
   PointSet points;
   if (std::holds_alternative<Plane>(b.shape)) {

@@ -1,7 +1,7 @@
 #pragma once
 #include <LinearMath/btTransform.h>
 
-#include "genphys/math.h"
+#include "genphys/placement.h"
 
 static_assert(sizeof(btScalar) == sizeof(double), "the float64 flavour of Bullet is needed");
 
@@ -15,16 +15,8 @@ inline btMatrix3x3 ToMatrix(const Matrix3& m) {
 
 inline Vector3 FromBullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Where a frame is in the world, its axes as the columns of a matrix.
-struct Placement {
-  Vector3 position = Vector3::Zero();
-  Matrix3 rotation = Matrix3::Identity();
-
-  Vector3 Transform(const Vector3& local) const { return position + rotation * local; }
-  Vector3 ToLocal(const Vector3& world) const { return rotation.transpose() * (world - position); }
-  btTransform transform() const { return btTransform(ToMatrix(rotation), ToBullet(position)); }
-};
-
-inline Placement ToPlacement(const Pose& pose) { return {pose.position, pose.orientation.toRotationMatrix()}; }
+inline btTransform ToTransform(const Placement& placement) {
+  return btTransform(ToMatrix(placement.rotation), ToBullet(placement.position));
+}
 
 }  // namespace genphys::bullet_backend

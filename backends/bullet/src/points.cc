@@ -51,15 +51,15 @@ void PointSet::Add(const MeetingPoint& point) {
   deepest_ = std::max(deepest_, point.depth);
 }
 
-void PointSet::ReduceTo(Meeting& meeting) const {
-  if (count_ <= Meeting::kPointsMax) {
+void PointSet::ReduceTo(Manifold& meeting) const {
+  if (count_ <= Manifold::kPointsPerNormal) {
     std::copy_n(points_.begin(), count_, meeting.points.begin());
     meeting.count = count_;
     return;
   }
   const auto position = [&](size_t i) -> const Vector3& { return points_[i].position; };
   const auto count = static_cast<size_t>(count_);
-  std::array<size_t, Meeting::kPointsMax> chosen{};
+  std::array<size_t, Manifold::kPointsPerNormal> chosen{};
   for (size_t i = 1; i < count; ++i) {
     if (points_[i].depth > points_[chosen[0]].depth + kDeeper) chosen[0] = i;
   }

@@ -5,7 +5,7 @@
 
 namespace genphys::bullet_backend {
 
-/// Points on their way into a Meeting: too many, not yet sorted out.
+/// Points on their way into a Manifold: too many, not yet sorted out.
 class PointSet {
  public:
   /// Two polygons of SurfaceFeature::kVerticesMax corners cut each other into at most twice as many; one is known
@@ -16,7 +16,7 @@ class PointSet {
   void Add(const MeetingPoint& point);
 
   /// Chooses the deepest point and those that span the widest area with it.
-  void ReduceTo(Meeting& meeting) const;
+  void ReduceTo(Manifold& meeting) const;
 
   bool is_empty() const { return count_ == 0; }
   /// Depth of the deepest point; minus infinity if there is none.

@@ -18,22 +18,6 @@ constexpr double kNoTilt = 1e-5;
 // A round side meets a direction in a line while it leans by less than 45 degrees, else it is an end that does.
 constexpr double kHalfTurned = std::numbers::sqrt2 / 2;
 
-Vector3 Extent(const Sphere& sphere, const Matrix3&) { return Vector3::Constant(sphere.radius); }
-
-Vector3 Extent(const Box& box, const Matrix3& rotation) { return rotation.cwiseAbs() * box.half_extents; }
-
-Vector3 Extent(const Capsule& capsule, const Matrix3& rotation) {
-  return (capsule.half_length * rotation.col(2).cwiseAbs()).array() + capsule.radius;
-}
-
-Vector3 Extent(const Cylinder& cylinder, const Matrix3& rotation) {
-  const Vector3 axis = rotation.col(2).cwiseAbs();
-  const Vector3 across = (1 - axis.array().square()).max(0).sqrt();
-  return cylinder.half_length * axis + cylinder.radius * across;
-}
-
-Vector3 Extent(const Plane&, const Matrix3&) { return Vector3::Zero(); }
-
 // Bullet's search loses its way where two surfaces touch exactly, and finds it again between solids that are smaller by
 // a margin. This is its part of the smallest extent, and the most it is in metres.
 constexpr double kMargin = 2e-3;
@@ -57,7 +41,11 @@ Vector3 LocalFarthest(const Cylinder& cylinder, const Vector3& direction) {
   return {scale * direction.x(), scale * direction.y(), std::copysign(cylinder.half_length, direction.z())};
 }
 
-Vector3 LocalFarthest(const Plane&, const Vector3&) { return Vector3::Zero(); }
+// Nobody asks: planes have no farthest point, and the others are the narrow phase's.
+template <typename Other>
+Vector3 LocalFarthest(const Other&, const Vector3&) {
+  return Vector3::Zero();
+}
 
 SurfaceFeature SurfaceOf(const Sphere& sphere, const Placement& placement, const Vector3& direction, int) {
   SurfaceFeature feature;
@@ -117,7 +105,10 @@ SurfaceFeature SurfaceOf(const Cylinder& cylinder, const Placement& placement, c
   return feature;
 }
 
-SurfaceFeature SurfaceOf(const Plane&, const Placement&, const Vector3&, int) { return {}; }
+template <typename Other>
+SurfaceFeature SurfaceOf(const Other&, const Placement&, const Vector3&, int) {
+  return {};
+}
 
 }  // namespace
 
@@ -133,12 +124,6 @@ CollisionShape::CollisionShape(const Shape& described) : shape(described) {
     core = std::make_unique<btCylinderShapeZ>(btVector3(cylinder->radius, cylinder->radius, cylinder->half_length));
     core->setMargin(MarginOf(std::min(cylinder->radius, cylinder->half_length)));
   }
-}
-
-Bounds BoundsOf(const Shape& shape, const Placement& placement) {
-  const Vector3 extent =
-      std::visit([&](const auto& s) { return Extent(s, placement.rotation); }, shape).array() + kContactGap / 2;
-  return {placement.position - extent, placement.position + extent};
 }
 
 Vector3 FarthestPoint(const Shape& shape, const Placement& placement, const Vector3& direction) {

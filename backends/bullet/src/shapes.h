@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "convert.h"
+#include "genphys/bounds.h"
 #include "genphys/shape.h"
 
 namespace genphys::bullet_backend {
@@ -20,26 +21,13 @@ inline constexpr double kBoxPadding = 2.5e-4;
 /// A shape and what Bullet needs to collide it.
 struct CollisionShape {
   Shape shape;
-  /// For closest features; none for spheres and planes.
+  /// For closest features; none for spheres and planes, and for the shapes of the narrow phase.
   std::unique_ptr<btConvexInternalShape> core;
   /// For the box test; boxes only.
   std::unique_ptr<btBoxShape> padded;
 
   explicit CollisionShape(const Shape& described);
 };
-
-/// Axis-aligned box in the world.
-struct Bounds {
-  Vector3 min = Vector3::Zero();
-  Vector3 max = Vector3::Zero();
-
-  bool Overlaps(const Bounds& o) const {
-    return (min.array() <= o.max.array()).all() && (o.min.array() <= max.array()).all();
-  }
-};
-
-/// Smallest bounds of `shape`, widened by half of the contact gap on every side. A plane has none.
-Bounds BoundsOf(const Shape& shape, const Placement& placement);
 
 /// The point of a sphere, box, capsule or cylinder that lies farthest in `direction` (unit length), in the world.
 Vector3 FarthestPoint(const Shape& shape, const Placement& placement, const Vector3& direction);

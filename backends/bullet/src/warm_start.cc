@@ -30,7 +30,7 @@ PointImpulse TakeImpulseAt(const Vector3& place, PairMemory& memory) {
   size_t nearest = 0;
   double least = kSamePoint * kSamePoint;
   bool is_found = false;
-  for (size_t i = 0; i < memory.count; ++i) {
+  for (size_t i = 0; i < memory.places.size(); ++i) {
     const double distance = (memory.places[i] - place).squaredNorm();
     if (memory.impulses[i].normal > 0 && distance < least) {
       least = distance;
@@ -68,7 +68,8 @@ void WarmStart::Add(const CandidatePair& pair, std::span<const ContactPoint> poi
   PairMemory& memory = pairs_.emplace_back();
   memory.a = pair.a;
   memory.b = pair.b;
-  memory.count = points.size();
+  memory.places.resize(points.size());
+  memory.impulses.resize(points.size());
   // In the frame of what slides over the other its points stand still.
   const PlacedGeometry& frame = pair.b->body->motion_type == MotionType::kDynamic ? *pair.b : *pair.a;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -109,8 +110,8 @@ void WarmStart::Save(std::string& bytes) const {
     Append(memory->b->body->id.packed(), bytes);
     Append(memory->a->id, bytes);
     Append(memory->b->id, bytes);
-    Append(static_cast<uint32_t>(memory->count), bytes);
-    for (size_t i = 0; i < memory->count; ++i) {
+    Append(static_cast<uint32_t>(memory->places.size()), bytes);
+    for (size_t i = 0; i < memory->places.size(); ++i) {
       Append(memory->places[i], bytes);
       Append(memory->impulses[i].normal, bytes);
       Append(memory->impulses[i].friction, bytes);

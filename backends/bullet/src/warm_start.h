@@ -1,9 +1,9 @@
 #pragma once
-#include <array>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "absl/container/inlined_vector.h"
 #include "broad_phase.h"
 #include "contacts.h"
 #include "genphys/contact.h"
@@ -16,13 +16,16 @@ struct PointImpulse {
   Vector3 friction = Vector3::Zero();  // across it
 };
 
+/// One for each point of a pair: few, but for meshes.
+template <typename T>
+using PerPoint = absl::InlinedVector<T, Manifold::kPointsPerNormal>;
+
 /// What the last solve left of a pair, for the next one to start from.
 struct PairMemory {
   PlacedGeometry* a = nullptr;
   PlacedGeometry* b = nullptr;
-  size_t count = 0;
-  std::array<Vector3, Meeting::kPointsMax> places;  // of the points in the frame of the side that can move
-  std::array<PointImpulse, Meeting::kPointsMax> impulses;
+  PerPoint<Vector3> places;  // of the points in the frame of the side that can move
+  PerPoint<PointImpulse> impulses;
 };
 
 /// The impulses by which contacts are recognised from step to step: all that this adapter remembers.

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "rays.h"
+#include "genphys/ray_cast.h"
 
 namespace genphys::bullet_backend {
 namespace {
@@ -72,7 +72,7 @@ void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
   broad_phase_.FindPairs(rule, candidates_);
   contacts.Clear();
   warm_start_.Begin();
-  Meeting meeting;
+  Manifold meeting;
   for (const CandidatePair& candidate : candidates_) {
     const PlacedGeometry& a = *candidate.a;
     const PlacedGeometry& b = *candidate.b;
@@ -107,9 +107,9 @@ void World::Recall(const ContactBuffer& solved) {
     if (pair.is_sensor) continue;
     const auto points = std::span(solved.points).subspan(pair.first_point, pair.point_count);
     const CandidatePair key{find(pair.entity_a, pair.geometry_a), find(pair.entity_b, pair.geometry_b)};
-    warm_start_.Add(key, points.first(std::min<size_t>(points.size(), Meeting::kPointsMax)));
+    warm_start_.Add(key, points.first(std::min<size_t>(points.size(), Manifold::kPointsPerNormal)));
     PairMemory& memory = warm_start_.pairs().back();
-    for (size_t i = 0; i < memory.count; ++i) {
+    for (size_t i = 0; i < memory.impulses.size(); ++i) {
       memory.impulses[i] = {points[i].normal_impulse, points[i].friction_impulse};
     }
   }
@@ -201,14 +201,29 @@ void World::CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t c
     broad_phase_.FindOnSegment(rays[i].origin, rays[i].origin + rays[i].translation, near_ray_);
     for (const PlacedGeometry* geometry : near_ray_) {
       if (!rule.SeenByRay(geometry->row, collides_with_bits)) continue;
-      const std::optional<SurfaceHit> hit = CastRay(rays[i], geometry->collision.shape, geometry->placement);
+      const Placement& placement = geometry->placement;
+      const std::optional<SurfaceHit> hit =
+          EnterShape(geometry->collision.shape,
+                     {placement.ToLocal(rays[i].origin), placement.rotation.transpose() * rays[i].translation});
       if (!hit) continue;
       const EntityId id = geometry->body->id;
       const bool is_closer = closest.entity.is_null() || hit->fraction < closest.fraction ||
                              (hit->fraction == closest.fraction && id < closest.entity);
-      if (is_closer) closest = {.entity = id, .fraction = hit->fraction, .normal = hit->normal};
+      if (is_closer) closest = {.entity = id, .fraction = hit->fraction, .normal = placement.rotation * hit->normal};
     }
   }
+}
+
+void World::FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) {
+  PlaceMoved();
+  broad_phase_.FindOnSegment(segment.origin, segment.origin + segment.translation, near_ray_);
+  for (const PlacedGeometry* geometry : near_ray_) found.push_back(geometry->row);
+}
+
+void World::FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) {
+  PlaceMoved();
+  broad_phase_.FindInBounds(bounds, near_ray_);
+  for (const PlacedGeometry* geometry : near_ray_) found.push_back(geometry->row);
 }
 
 }  // namespace genphys::bullet_backend

@@ -88,7 +88,9 @@ class OdeBackend final : public Backend {
       "ode",
       dODE_VERSION,
       {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule, Feature::kShapeCylinder, Feature::kShapePlane,
-       Feature::kContacts, Feature::kRayCasts, Feature::kSensors, Feature::kSolverIterative, Feature::kSolverDirect}};
+       Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield, Feature::kShapeCone,
+       Feature::kShapeEllipsoid, Feature::kContacts, Feature::kRayCasts, Feature::kShapeQueries, Feature::kSensors,
+       Feature::kSolverIterative, Feature::kSolverDirect}};
 };
 
 }  // namespace

@@ -54,6 +54,14 @@ class BroadPhase {
     moving_.VisitRay(box_ray, fraction, visit);
   }
 
+  /// Calls visit(row) for each geometry whose neighbourhood overlaps `box`, and for all planes.
+  template <typename Visit>
+  void VisitBounds(const Aabb& box, Visit&& visit) const {
+    for (const Plane& plane : planes_) visit(plane.row);
+    resting_.VisitOverlaps(box, visit);
+    moving_.VisitOverlaps(box, visit);
+  }
+
  private:
   enum class Kind : uint8_t { kAbsent, kResting, kMoving, kPlane };
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <limits>
 
+#include "genphys/narrow_phase.h"
+
 namespace genphys::ode_backend {
 namespace {
 
@@ -48,9 +50,20 @@ Vector3 AcrossCylinder(const PlacedShape& a, const PlacedShape& b) {
   return {rotation[0], rotation[4], rotation[8]};
 }
 
+uint32_t FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
+  Manifold manifold;
+  FindContacts(a.shape(), a.placement(), b.shape(), b.placement(), a.skin() + b.skin(), manifold);
+  for (int i = 0; i < manifold.count; ++i) {
+    const MeetingPoint& point = manifold.points[static_cast<size_t>(i)];
+    points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});
+  }
+  return static_cast<uint32_t>(manifold.count);
+}
+
 }  // namespace
 
 uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
+  if (a.geom() == nullptr || b.geom() == nullptr) return FindOurPoints(a, b, points);
   Found found;
   // ODE's normals point into the first geometry.
   const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "genphys/backend.h"
+#include "genphys/bounds.h"
 
 namespace genphys::ode_backend {
 namespace {
@@ -30,12 +30,11 @@ dGeomID Create(const Cylinder& s, double skin) {
 dGeomID Create(const Plane& s, double skin) {
   return dCreatePlane(kNoSpace, s.normal.x(), s.normal.y(), s.normal.z(), s.offset + skin);
 }
-
-double SmallestHalfExtent(const Sphere& s) { return s.radius; }
-double SmallestHalfExtent(const Box& s) { return s.half_extents.minCoeff(); }
-double SmallestHalfExtent(const Capsule& s) { return s.radius; }
-double SmallestHalfExtent(const Cylinder& s) { return std::min(s.radius, s.half_length); }
-double SmallestHalfExtent(const Plane&) { return std::numeric_limits<double>::infinity(); }
+// The narrow phase's.
+template <typename Other>
+dGeomID Create(const Other&, double) {
+  return nullptr;
+}
 
 // How far a skin of one metre puts out the surface where its normal is `n`, in the frame of the shape: a box is made
 // longer along each axis and a cylinder along its axis and its radius, so at edges it is more than the thickness.
@@ -43,7 +42,10 @@ double PutOut(const Sphere&, const Vector3&) { return 1; }
 double PutOut(const Box&, const Vector3& n) { return n.cwiseAbs().sum(); }
 double PutOut(const Capsule&, const Vector3&) { return 1; }
 double PutOut(const Cylinder&, const Vector3& n) { return std::abs(n.z()) + n.head<2>().norm(); }
-double PutOut(const Plane&, const Vector3&) { return 1; }
+template <typename Other>
+double PutOut(const Other&, const Vector3&) {
+  return 1;
+}
 
 }  // namespace
 
@@ -55,7 +57,7 @@ PlacedShape::PlacedShape(EntityRow entity, const Geometry& geometry)
       position_in_entity_(geometry.pose_in_entity.position),
       rotation_in_entity_(geometry.pose_in_entity.orientation.toRotationMatrix()),
       is_at_entity_(geometry.pose_in_entity == Pose{}),
-      skin_(std::min(kSkinMax, kSkinPart * std::visit([](const auto& s) { return SmallestHalfExtent(s); }, shape_))),
+      skin_(std::min(kSkinMax, kSkinPart * SmallestHalfExtent(shape_))),
       geom_(std::visit([this](const auto& s) { return Create(s, skin_); }, shape_)) {}
 
 void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) {
@@ -72,6 +74,7 @@ void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) 
     dGeomPlaneSetParams(geom(), plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset + skin_);
     return;
   }
+  if (geom_ == nullptr) return;
   dMatrix3 rows = {};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) rows[4 * row + column] = rotation_(row, column);
@@ -92,6 +95,10 @@ BroadPhase::HalfSpace PlacedShape::half_space() const {
 }
 
 Aabb PlacedShape::box() const {
+  if (geom_ == nullptr) {
+    const Bounds bounds = BoundsOf(shape_, placement()).Widened(skin_);
+    return {bounds.min, bounds.max};
+  }
   dReal bounds[6];
   dGeomGetAABB(geom(), bounds);
   return {{bounds[0], bounds[2], bounds[4]}, {bounds[1], bounds[3], bounds[5]}};

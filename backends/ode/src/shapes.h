@@ -3,6 +3,7 @@
 
 #include "broad_phase.h"
 #include "genphys/entity.h"
+#include "genphys/placement.h"
 
 struct dxGeom;
 
@@ -26,11 +27,16 @@ class PlacedShape {
 
   EntityRow entity() const { return entity_; }
   const Shape& shape() const { return shape_; }
+  /// Null for what ODE does not collide: the shapes of the narrow phase.
   dxGeom* geom() const { return geom_.get(); }
   /// Of the shape's own frame, world.
   const Vector3& position() const { return position_; }
   const Matrix3& rotation() const { return rotation_; }
 
+  /// Where it is, as the narrow phase takes it.
+  Placement placement() const { return {position_, rotation_}; }
+  /// Half of the largest gap (m) across which it is told to touch.
+  double skin() const { return skin_; }
   /// How far (m) the skin puts the surface out where its normal is `normal` (unit length, world, either sign).
   double Skin(const Vector3& normal) const;
 

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "contacts.h"
+#include "genphys/ray_cast.h"
 #include "library.h"
-#include "rays.h"
 
 namespace genphys::ode_backend {
 namespace {
@@ -309,6 +309,14 @@ RayHit World::CastRay(const PairRule& rule, const Ray& ray, uint64_t collides_wi
     if (is_better) best = {id, entry->fraction, shape.rotation() * entry->normal};
   });
   return best.entity.is_null() ? RayHit{} : best;
+}
+
+void World::FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) {
+  broad_phase_.VisitRay(segment, 1.0, [&](GeometryRow row) { found.push_back(row); });
+}
+
+void World::FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) {
+  broad_phase_.VisitBounds({bounds.min, bounds.max}, [&](GeometryRow row) { found.push_back(row); });
 }
 
 void World::SaveState(std::string& bytes) const {

@@ -26,6 +26,8 @@ class World final : public BackendWorld {
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) override;
   void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
                 std::span<RayHit> hits) override;
+  void FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) override;
+  void FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) override;
   void SaveState(std::string& bytes) const override;
 
  private:

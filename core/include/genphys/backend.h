@@ -3,7 +3,9 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "genphys/bounds.h"
 #include "genphys/capabilities.h"
 #include "genphys/contact.h"
 #include "genphys/entity.h"
@@ -70,6 +72,13 @@ class BackendWorld {
   /// Closest hit per ray among geometries that `rule` lets a ray with `collides_with_bits` see.
   virtual void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
                         std::span<RayHit> hits) = 0;
+
+  /// Appends the geometries that the segment may cross: those whose bounds it crosses and all planes, in any order,
+  /// and maybe some more.
+  virtual void FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) = 0;
+
+  /// The same for the geometries whose bounds overlap `bounds` (world).
+  virtual void FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) = 0;
 
   /// Appends all private state that the future depends on beyond what the layer knows (seeds, cached impulses).
   virtual void SaveState(std::string& bytes) const = 0;

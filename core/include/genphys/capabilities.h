@@ -33,6 +33,11 @@ enum class Feature : uint8_t {
   kErrorCorrection,
   kContinuousCollision,
   kExactSnapshot,
+  kShapeCone,
+  kShapeEllipsoid,
+  kDynamicTriangleMesh,
+  kDynamicHeightfield,
+  kShapeQueries,
   kCount,
 };
 

@@ -16,10 +16,14 @@ struct MassProperties {
   bool spherical = false;                    // all principal moments equal: rotation is uniform without torque
 };
 
-/// Volume of `shape` in m^3; a plane has none.
+/// Volume of `shape` in m^3; planes, meshes and heightfields have none.
 double Volume(const Shape& shape);
 
-/// Tensor of `shape` about its own origin for unit density, by closed form (kg*m^2 per kg/m^3).
+/// Centre of mass of `shape` filled uniformly, in its own frame, m.
+Vector3 CenterOfMass(const Shape& shape);
+
+/// Tensor of `shape` about its centre of mass for unit density (kg*m^2 per kg/m^3): by closed form, of a hull by exact
+/// integration.
 Matrix3 UnitDensityTensor(const Shape& shape);
 
 /// Mass properties of a dynamic body: what `body.inertia` gives, the rest from shapes and (filled) densities.

@@ -1,9 +1,14 @@
 #pragma once
+#include <memory>
 #include <variant>
 
 #include "genphys/math.h"
 
 namespace genphys {
+
+struct HullData;
+struct MeshData;
+struct HeightfieldData;
 
 /// Centred at the origin of its frame.
 struct Sphere {
@@ -38,6 +43,46 @@ struct Plane {
   bool operator==(const Plane& o) const { return normal == o.normal && offset == o.offset; }
 };
 
-using Shape = std::variant<Sphere, Box, Capsule, Cylinder, Plane>;
+/// Apex at (0, 0, half_length), base across -half_length: the origin is at half its height, the centre of mass at
+/// z = -half_length / 2.
+struct Cone {
+  double radius = 0.5;       // of the base, m
+  double half_length = 0.5;  // m
+  bool operator==(const Cone&) const = default;
+};
+
+/// Centred at the origin, axes along those of its frame.
+struct Ellipsoid {
+  Vector3 semi_axes{0.5, 0.5, 0.5};  // m
+  bool operator==(const Ellipsoid& o) const { return semi_axes == o.semi_axes; }
+};
+
+/// The smallest convex body around points: see MakeConvexHull() in convex_hull.h. Copies share the data.
+struct ConvexHull {
+  std::shared_ptr<const HullData> data;  // null: not a shape yet
+  bool operator==(const ConvexHull& o) const;
+};
+
+/// A surface of triangles, solid on the side from which they are seen clockwise: see MakeTriangleMesh() in surface.h.
+/// Only static and kinematic entities may have one. Copies share the data.
+struct TriangleMesh {
+  std::shared_ptr<const MeshData> data;  // null: not a shape yet
+  bool operator==(const TriangleMesh& o) const;
+};
+
+/// A surface over a grid in the local x-y plane, solid below: see MakeHeightfield() in surface.h. Only static and
+/// kinematic entities may have one. Copies share the data.
+struct Heightfield {
+  std::shared_ptr<const HeightfieldData> data;  // null: not a shape yet
+  bool operator==(const Heightfield& o) const;
+};
+
+using Shape =
+    std::variant<Sphere, Box, Capsule, Cylinder, Plane, Cone, Ellipsoid, ConvexHull, TriangleMesh, Heightfield>;
+
+/// Whether `shape` is bounded and convex.
+bool IsConvex(const Shape& shape);
+/// Whether `shape` is a triangle mesh or a heightfield.
+bool IsSurface(const Shape& shape);
 
 }  // namespace genphys

@@ -1,0 +1,39 @@
+#pragma once
+#include <array>
+
+#include "genphys/placement.h"
+#include "genphys/shape.h"
+
+namespace genphys {
+
+/// A point where two solids meet, half-way between their surfaces.
+struct MeetingPoint {
+  Vector3 position = Vector3::Zero();
+  Vector3 normal = Vector3::Zero();  // unit length, from a to b
+  double depth = 0;                  // m; negative is a gap
+};
+
+/// The points in which one pair of shapes meets: up to four for each direction in which a surface pushes.
+struct Manifold {
+  static constexpr int kPointsPerNormal = 4;
+  static constexpr int kPointsMax = 16;
+
+  std::array<MeetingPoint, kPointsMax> points;
+  int count = 0;
+
+  void Add(const MeetingPoint& point) {
+    if (count < kPointsMax) points[static_cast<size_t>(count++)] = point;
+  }
+};
+
+/// Whether a pair with `shape` belongs to FindContacts(): engines have cones, ellipsoids, hulls, meshes and
+/// heightfields in part, with margins, in single precision or not at all.
+bool IsForNarrowPhase(const Shape& shape);
+
+/// Where `a` and `b` meet at these placements; points with a gap of more than `gap` (m) are left out. A function of its
+/// arguments alone: depths are exact to rounding for polyhedra and planes and to 1e-9 of the size for round shapes. Two
+/// planes never meet.
+void FindContacts(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
+                  double gap, Manifold& manifold);
+
+}  // namespace genphys

@@ -1,0 +1,88 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "genphys/surface.h"
+
+namespace genphys {
+
+/// One triangle of a surface, in its frame, anticlockwise as seen from the empty side.
+struct SurfaceTriangle {
+  std::array<Vector3, 3> corners;
+  std::array<uint32_t, 3> numbers{};  // of vertices of a mesh, of grid points of a heightfield
+
+  Vector3 AreaVector() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]); }
+};
+
+/// Calls visit(triangle) for the triangles in whose bounds `test` is interested, in an order that is the same each
+/// time.
+template <typename Test, typename Visit>
+void VisitTriangles(const MeshData& mesh, Test&& test, Visit&& visit, uint32_t root = 0) {
+  const MeshData::Node& node = mesh.nodes[root];
+  if (!test(node.bounds)) return;
+  if (node.count == 0) {
+    VisitTriangles(mesh, test, visit, root + 1);
+    VisitTriangles(mesh, test, visit, node.first);
+    return;
+  }
+  for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+    const MeshData::Triangle& t = mesh.triangles[i];
+    visit(SurfaceTriangle{{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, t});
+  }
+}
+
+/// A square block of cells of a heightfield: 2^level cells wide, at the given place among such blocks.
+struct HeightfieldBlock {
+  size_t level = 0;
+  uint32_t row = 0;
+  uint32_t column = 0;
+};
+
+Bounds BoundsOf(const HeightfieldData& field, const HeightfieldBlock& block);
+
+/// The two triangles of a cell.
+std::array<SurfaceTriangle, 2> TrianglesOf(const HeightfieldData& field, uint32_t row, uint32_t column);
+
+template <typename Test, typename Visit>
+void VisitTriangles(const HeightfieldData& field, Test&& test, Visit&& visit, const HeightfieldBlock& block) {
+  if (!test(BoundsOf(field, block))) return;
+  if (block.level == 0) {
+    for (const SurfaceTriangle& triangle : TrianglesOf(field, block.row, block.column)) visit(triangle);
+    return;
+  }
+  for (const auto& [down, across] : {std::pair{0u, 0u}, {0u, 1u}, {1u, 0u}, {1u, 1u}}) {
+    const HeightfieldBlock part{block.level - 1, 2 * block.row + down, 2 * block.column + across};
+    if (part.row << part.level >= field.rows - 1 || part.column << part.level >= field.columns - 1) continue;
+    VisitTriangles(field, test, visit, part);
+  }
+}
+
+template <typename Test, typename Visit>
+void VisitTriangles(const HeightfieldData& field, Test&& test, Visit&& visit) {
+  VisitTriangles(field, test, visit, HeightfieldBlock{field.levels.size() - 1, 0, 0});
+}
+
+/// Calls visit(vertex) for every vertex that shares an edge with vertex `number`.
+template <typename Visit>
+void VisitNeighbors(const MeshData& mesh, uint32_t number, Visit&& visit) {
+  for (uint32_t i = mesh.neighbor_first[number]; i < mesh.neighbor_first[number + 1]; ++i) {
+    visit(mesh.vertices[mesh.neighbors[i]]);
+  }
+}
+
+template <typename Visit>
+void VisitNeighbors(const HeightfieldData& field, uint32_t number, Visit&& visit) {
+  const auto row = static_cast<int64_t>(number / field.columns), column = static_cast<int64_t>(number % field.columns);
+  for (const auto& [down, across] : {std::pair{-1, -1}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {1, 1}}) {
+    const int64_t r = row + down, c = column + across;
+    if (r < 0 || c < 0 || r >= field.rows || c >= field.columns) continue;
+    visit(field.Point(static_cast<uint32_t>(r), static_cast<uint32_t>(c)));
+  }
+}
+
+/// The bounds of the whole surface.
+inline Bounds BoundsOf(const MeshData& mesh) { return mesh.nodes.front().bounds; }
+inline Bounds BoundsOf(const HeightfieldData& field) { return BoundsOf(field, {field.levels.size() - 1, 0, 0}); }
+
+}  // namespace genphys

@@ -1,0 +1,194 @@
+// Bodies of every shape move on every ground as mechanics has it.
+#include <cmath>
+
+#include "engine_test.h"
+#include "support/shapes.h"
+
+namespace genphys {
+namespace {
+
+using namespace testing;
+
+GENPHYS_ENGINE_TESTS(MovingShapes);
+
+constexpr double kGravity = 9.81;
+constexpr double kStep = 1.0 / 60;
+
+std::unique_ptr<World> WorldOn(const std::string& engine, const Shape& ground, double friction,
+                               const Vector3& gravity) {
+  WorldDesc desc{.engine = engine, .gravity = gravity, .ground_plane = false};
+  desc.default_material.friction = friction;
+  desc.default_material.kinetic_friction = friction;
+  auto world = testing::MakeWorld(desc);
+  EntityDesc floor = Body(ground, {0, 0, 0});
+  floor.rigid_body->motion_type = MotionType::kStatic;
+  Add(*world, floor);
+  return world;
+}
+
+std::vector<Shape> FlatGrounds() { return {GroundMesh(6, 25), Ground(49, 0.25)}; }
+
+TEST_P(MovingShapes, SlideAndRollOverSeamsAsOverAPlane) {
+  // An invariant: without friction nothing changes the velocity, and without a bump nothing lifts or turns.
+  constexpr double kUnchanged = 1e-6;
+  for (const Shape& ground : FlatGrounds()) {
+    for (const Shape& shape : {Shape{Box{{0.3, 0.2, 0.1}}}, Shape{HullBox({0.3, 0.2, 0.1})}, Shape{Sphere{0.1}},
+                               Shape{Cylinder{0.3, 0.1}}, Shape{Cone{0.3, 0.1}}, Shape{Ellipsoid{{0.3, 0.2, 0.1}}}}) {
+      const auto world = WorldOn(GetParam(), ground, 0, {0, 0, -kGravity});
+      EntityDesc desc = Body(shape, {-3, 0.37, 0.1});
+      desc.pose.orientation = Eigen::AngleAxisd(0.4, Vector3::UnitZ());
+      desc.rigid_body->linear_velocity = {3, 0.2, 0};
+      const EntityId id = Add(*world, desc);
+      double highest = 0;
+      for (int i = 0; i < 110; ++i) {
+        Steps(*world, 1);
+        highest = std::max(highest, std::abs(VelocityOf(*world, id).z()));
+      }
+      SCOPED_TRACE(::testing::Message() << "shape " << shape.index() << " on " << ground.index());
+      EXPECT_NEAR(VelocityOf(*world, id).x(), 3, kUnchanged);
+      EXPECT_NEAR(VelocityOf(*world, id).y(), 0.2, kUnchanged);
+      EXPECT_LT(SpinOf(*world, id).norm(), kUnchanged);
+      // The first step or two settle it into the contact.
+      EXPECT_LT(highest, 0.02);
+    }
+  }
+}
+
+TEST_P(MovingShapes, SlideDownAHeightfieldWithGSinA) {
+  constexpr double kAngle = 0.3;
+  const auto slope = [](double x, double) { return -x * std::tan(kAngle); };
+  const double acceleration = kGravity * std::sin(kAngle);
+  // First order in the step, at most the velocity times half of it.
+  const double tolerance = 2 * acceleration * kStep / 2;
+  for (const Shape& ground : {Shape{Ground(41, 0.5, slope)}, Shape{GroundMesh(10, 40, slope)}}) {
+    for (const Shape& shape : {Shape{Box{{0.3, 0.2, 0.1}}}, Shape{HullBox({0.3, 0.2, 0.1})}}) {
+      const auto world = WorldOn(GetParam(), ground, 0, {0, 0, -kGravity});
+      const Quaternion tilt(Eigen::AngleAxisd(kAngle, Vector3::UnitY()));
+      EntityDesc desc = Body(shape, tilt * Vector3(0, 0.13, 0.1));
+      desc.pose.orientation = tilt;
+      const EntityId id = Add(*world, desc);
+      Steps(*world, 60);
+      const Vector3 moved = tilt.inverse() * PositionOf(*world, id);
+      EXPECT_NEAR(moved.x(), acceleration / 2, tolerance) << shape.index() << " on " << ground.index();
+      EXPECT_NEAR(moved.y(), 0.13, 1e-6);
+      EXPECT_NEAR(moved.z(), 0.1, 1e-3);
+    }
+  }
+}
+
+TEST_P(MovingShapes, ASpheroidRollsDownAsABallDoes) {
+  // About its long axis, two fifths of its mass times the square of its radius turn: 5/7 g sin a.
+  constexpr double kAngle = 0.2;
+  const double acceleration = 5.0 / 7 * kGravity * std::sin(kAngle);
+  const double tolerance = 2 * acceleration * kStep / 2;
+  const Vector3 gravity = kGravity * Vector3(std::sin(kAngle), 0, -std::cos(kAngle));
+  for (const Shape& ground : {Shape{Plane{}}, Shape{HullBox({9, 9, 1e-3})}, FlatGrounds()[0], FlatGrounds()[1]}) {
+    const auto world = WorldOn(GetParam(), ground, 1, gravity);
+    const double top = std::holds_alternative<ConvexHull>(ground) ? 1e-3 : 0;
+    const EntityId id = Add(*world, Body(Ellipsoid{{0.3, 0.6, 0.3}}, {0, 0.1, 0.3 + top}));
+    Steps(*world, 60);
+    EXPECT_NEAR(PositionOf(*world, id).x(), acceleration / 2, tolerance) << ground.index();
+    EXPECT_NEAR(PositionOf(*world, id).y(), 0.1, 0.01) << ground.index();
+  }
+}
+
+TEST_P(MovingShapes, ATowerOfHullsStands) {
+  const auto world = MakeWorld();
+  std::vector<EntityId> ids;
+  for (int i = 0; i < 5; ++i) ids.push_back(Add(*world, Body(HullBox({0.5, 0.5, 0.5}), {0, 0, 0.5 + i})));
+  Steps(*world, 300);
+  for (int i = 0; i < 5; ++i) {
+    // The crates of the contact tests sink by as much.
+    EXPECT_LT((PositionOf(*world, ids[static_cast<size_t>(i)]) - Vector3(0, 0, 0.5 + i)).norm(), 5e-3) << i;
+  }
+}
+
+TEST_P(MovingShapes, AKinematicMeshCarriesWhatLiesOnIt) {
+  const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -kGravity}, .ground_plane = false});
+  EntityDesc lift = Body(BoxMesh({1, 1, 0.2}), {0, 0, 0});
+  lift.rigid_body->motion_type = MotionType::kKinematic;
+  lift.rigid_body->linear_velocity = {0, 0, 1};
+  Add(*world, lift);
+  const EntityId id = Add(*world, Crate({0, 0, 0.7}));
+  Steps(*world, 60);
+  EXPECT_NEAR(PositionOf(*world, id).z(), 1.7, 1e-2);
+}
+
+TEST_P(MovingShapes, MeshesAndHeightfieldsDoNotMoveByForces) {
+  const auto world = MakeWorld();
+  for (const auto& [shape, name] : {std::pair{Shape{GroundMesh(1, 1)}, "dynamic_triangle_mesh"},
+                                    std::pair{Shape{Ground(2, 1)}, "dynamic_heightfield"}}) {
+    for (const MotionType motion : {MotionType::kDynamic, MotionType::kKinematic, MotionType::kStatic}) {
+      EntityDesc desc = Body(shape, {0, 0, 5});
+      desc.rigid_body->motion_type = motion;
+      desc.rigid_body->inertia.tensor = Matrix3::Identity();
+      const Command command = CreateEntity{desc};
+      const Status status = world->Apply({&command, 1}).status();
+      EXPECT_EQ(status.ok(), motion != MotionType::kDynamic) << status;
+      if (status.ok()) continue;
+      EXPECT_EQ(RefusalOf(status)->reason, Reason::kUnsupportedFeature);
+      EXPECT_EQ(RefusalOf(status)->field, "commands[0].create_entity.entity.rigid_body.geometries[0].shape") << status;
+      EXPECT_NE(MessageOf(status).find(name), std::string::npos) << status;
+    }
+  }
+}
+
+TEST_P(MovingShapes, AreSeenByRaysWhereTheyAre) {
+  const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false});
+  const Vector3 half(0.3, 0.4, 0.5);
+  std::vector<std::pair<EntityId, double>> seen;  // and how high they reach
+  const auto add = [&](const Shape& shape, double top, MotionType motion = MotionType::kDynamic) {
+    EntityDesc desc = Body(shape, {3.0 * static_cast<double>(seen.size()), 0, 1});
+    desc.rigid_body->motion_type = motion;
+    desc.pose.orientation = Eigen::AngleAxisd(0.7, Vector3::UnitZ());
+    seen.push_back({Add(*world, desc), 1 + top});
+  };
+  add(Cone{0.3, 0.5}, 0.5);
+  add(Ellipsoid{half}, 0.5);
+  add(HullBox(half), 0.5);
+  add(BoxMesh(half), 0.5, MotionType::kStatic);
+  add(Ground(4, 0.5), 0, MotionType::kKinematic);
+  std::vector<Ray> rays;
+  for (size_t i = 0; i < seen.size(); ++i) rays.push_back({{3.0 * static_cast<double>(i), 0, 5}, {0, 0, -10}});
+  const auto hits = world->CastRays(rays);
+  ASSERT_TRUE(hits.ok()) << hits.status();
+  for (size_t i = 0; i < seen.size(); ++i) {
+    EXPECT_EQ((*hits)[i].entity, seen[i].first) << i;
+    EXPECT_NEAR((*hits)[i].fraction, (5 - seen[i].second) / 10, 1e-12) << i;
+  }
+}
+
+TEST_P(MovingShapes, GoOnAfterAChangeOfEngine) {
+  const auto world = WorldOn(GetParam(), GroundMesh(6, 9), 0.5, {0, 0, -kGravity});
+  std::vector<EntityId> ids;
+  const std::vector<Shape> shapes{HullBox({0.3, 0.3, 0.3}), Cone{0.3, 0.3}, Ellipsoid{{0.4, 0.4, 0.3}}};
+  for (size_t i = 0; i < shapes.size(); ++i)
+    ids.push_back(Add(*world, Body(shapes[i], {2.0 * double(i) - 2, 0.2, 0.31})));
+  for (int i = 0; i < 60; ++i) {
+    Steps(*world, 2);
+    for (const std::string& engine : EnginesWithContacts()) {
+      if (world->scene().world.engine == engine) continue;
+      Do(*world, SetEngine{engine});
+      break;
+    }
+  }
+  for (const EntityId id : ids) EXPECT_NEAR(PositionOf(*world, id).z(), 0.3, 1e-3);
+}
+
+TEST_P(MovingShapes, TheStateHashTellsHullsApart) {
+  const auto hash = [&](const Shape& shape, MotionType motion = MotionType::kStatic) {
+    const auto world = MakeWorld();
+    EntityDesc desc = Body(shape, {0, 0, 3});
+    desc.rigid_body->motion_type = motion;
+    Add(*world, desc);
+    return world->StateHash();
+  };
+  EXPECT_EQ(hash(HullBox({1, 1, 1})), hash(HullBox({1, 1, 1})));
+  EXPECT_NE(hash(HullBox({1, 1, 1})), hash(HullBox({1, 1, 1.1})));
+  EXPECT_NE(hash(GroundMesh(1, 2)), hash(GroundMesh(1, 2, [](double x, double) { return x; })));
+  EXPECT_NE(hash(Ground(3, 1)), hash(Ground(3, 2)));
+  EXPECT_NE(hash(Cone{0.5, 0.5}), hash(Cylinder{0.5, 0.5}));
+}
+
+}  // namespace
+}  // namespace genphys

@@ -1,0 +1,105 @@
+// Bodies of every shape lie still where a box of their size would, on every ground.
+#include <cmath>
+
+#include "engine_test.h"
+#include "genphys/narrow_phase.h"
+#include "support/shapes.h"
+
+namespace genphys {
+namespace {
+
+using namespace testing;
+
+GENPHYS_ENGINE_TESTS(RestingShapes);
+
+constexpr double kSameHeight = 1e-4;  // m: what a user may see of engines, margins and meshes
+
+const Quaternion kTurn(Eigen::AngleAxisd(37 * M_PI / 180, Vector3::UnitZ()));
+const Quaternion kTumble(Eigen::AngleAxisd(37 * M_PI / 180, Vector3(1, 2, 3).normalized()));
+
+struct Floor {
+  const char* name;
+  Shape shape;
+  double below;  // of its surface under its origin, m
+};
+
+std::vector<Floor> Floors(double scale) {
+  return {{"plane", Plane{}, 0},
+          {"box", Box{scale * Vector3(6, 6, 1)}, scale},
+          {"hull", HullBox(scale * Vector3(6, 6, 1)), scale},
+          {"mesh", GroundMesh(6 * scale, 7), 0},
+          {"closed mesh", BoxMesh(scale * Vector3(6, 6, 1)), scale},
+          {"heightfield", Ground(14, scale), 0}};
+}
+
+std::unique_ptr<World> WorldOn(const std::string& engine, const Floor& floor, const Quaternion& turn) {
+  auto world = testing::MakeWorld({.engine = engine, .gravity = {0, 0, -9.81}, .ground_plane = false});
+  EntityDesc desc = Body(floor.shape, {0, 0, -floor.below});
+  desc.pose.orientation = turn;
+  desc.rigid_body->motion_type = MotionType::kStatic;
+  Add(*world, desc);
+  return world;
+}
+
+EntityDesc At(const Shape& shape, const Vector3& position, const Quaternion& orientation = Quaternion::Identity()) {
+  EntityDesc desc = Body(shape, position, 1);
+  desc.pose.orientation = orientation;
+  return desc;
+}
+
+TEST_P(RestingShapes, HullCubeAndBoxCubeLieAtOneHeight) {
+  for (const double scale : {0.1, 1.0, 10.0}) {
+    for (const Floor& floor : Floors(scale)) {
+      for (const Quaternion& turn : {Quaternion(Quaternion::Identity()), kTurn}) {
+        SCOPED_TRACE(::testing::Message() << floor.name << " scale " << scale << " turned " << turn.z());
+        const auto world = WorldOn(GetParam(), floor, turn);
+        const Vector3 half = Vector3::Constant(0.5 * scale);
+        const double height = 0.5 * scale;
+        const EntityId box = Add(*world, At(Box{half}, scale * Vector3(-2, 0.3, 0.5), turn));
+        const EntityId hull = Add(*world, At(HullBox(half), scale * Vector3(2, 0.3, 0.5), turn));
+        // The same cube with its corners given in a frame of their own.
+        const EntityId tumbled =
+            Add(*world, At(HullBox(half, kTumble), scale * Vector3(0.1, 3, 0.5), turn * kTumble.inverse()));
+        Steps(*world, 120);
+        EXPECT_NEAR(PositionOf(*world, box).z(), height, 1e-3);
+        EXPECT_NEAR(PositionOf(*world, hull).z(), PositionOf(*world, box).z(), kSameHeight);
+        EXPECT_NEAR(PositionOf(*world, tumbled).z(), PositionOf(*world, box).z(), kSameHeight);
+      }
+    }
+  }
+}
+
+TEST_P(RestingShapes, ConesEllipsoidsAndTheRestLieWhereTheyTouch) {
+  struct Lying {
+    const char* name;
+    Shape shape;
+    double height;  // of its origin over the floor, m
+    Quaternion orientation = Quaternion::Identity();
+  };
+  const Quaternion on_side(Eigen::AngleAxisd(M_PI / 2 + std::atan(0.5), Vector3::UnitX()));  // of a cone of radius = h
+  const std::vector<Lying> kinds{
+      {"cone on its base", Cone{0.4, 0.5}, 0.5},
+      {"cone on its side", Cone{0.5, 0.5}, 0.5 / std::sqrt(5), on_side},
+      {"ellipsoid", Ellipsoid{{0.5, 0.4, 0.3}}, 0.3},
+      {"sphere", Sphere{0.4}, 0.4},
+      {"capsule", Capsule{0.2, 0.4}, 0.2, Quaternion(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitX()))},
+      {"cylinder", Cylinder{0.4, 0.3}, 0.3}};
+  for (const Floor& floor : Floors(1)) {
+    if (!IsForNarrowPhase(floor.shape)) continue;  // the engines' own pairs are the contact tests'
+    const auto world = WorldOn(GetParam(), floor, kTurn);
+    std::vector<EntityId> ids;
+    for (size_t i = 0; i < kinds.size(); ++i) {
+      const Vector3 place(-3.0 + 2.0 * static_cast<double>(i % 4), -2.0 + 2.2 * static_cast<double>(i / 4),
+                          kinds[i].height);
+      ids.push_back(Add(*world, At(kinds[i].shape, place, kinds[i].orientation)));
+    }
+    Steps(*world, 120);
+    for (size_t i = 0; i < kinds.size(); ++i) {
+      EXPECT_NEAR(PositionOf(*world, ids[i]).z(), kinds[i].height, 1e-3) << kinds[i].name << " on " << floor.name;
+      EXPECT_LT(VelocityOf(*world, ids[i]).norm(), 0.02) << kinds[i].name << " on " << floor.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace genphys

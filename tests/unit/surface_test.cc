@@ -1,0 +1,72 @@
+#include "genphys/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "support/shapes.h"
+
+namespace genphys {
+namespace {
+
+using namespace testing;
+
+template <typename T>
+std::string WhyNot(const Result<T>& made) {
+  if (made.ok()) return "";
+  const Refusal refusal = *RefusalOf(made.status());
+  return std::string(NameOf(refusal.reason)) + " " + refusal.field;
+}
+
+const std::vector<Vector3> kSquare{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+
+TEST(TriangleMesh, LeavesOutTrianglesWithoutAreaAndRepeatedOnes) {
+  const Result<TriangleMesh> mesh = MakeTriangleMesh({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5, 0, 0}, {1, 0, 0}},
+                                                     {0, 1, 2, 0, 1, 1, 0, 1, 3, 1, 2, 0, 0, 4, 2, 0, 2, 1});
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  // One front, given three times, and the back of it.
+  EXPECT_EQ(mesh->data->triangles.size(), 2u);
+  EXPECT_EQ(mesh->data->indices.size(), 18u) << "what was asked for is kept";
+}
+
+TEST(TriangleMesh, RefusesWhatIsNone) {
+  EXPECT_EQ(WhyNot(MakeTriangleMesh({}, {0, 1, 2})), "MISSING_FIELD vertices");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh(kSquare, {})), "MISSING_FIELD indices");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh(kSquare, {0, 1})), "INVALID_VALUE indices");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh(kSquare, {0, 1, 2, 0, 2, 4})), "OUT_OF_RANGE indices[5]");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh(kSquare, {0, 1, 2, 0, 2, 3})), "");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh(kSquare, {0, 1, 1})), "INVALID_VALUE indices");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh({{0, 0, 0}, {1, NAN, 0}, {1, 1, 0}}, {0, 1, 2})), "NOT_FINITE vertices[4]");
+  EXPECT_EQ(WhyNot(MakeTriangleMesh({{0, 0, 0}, {1, 0, 2e5}, {1, 1, 0}}, {0, 1, 2})), "OUT_OF_RANGE vertices[5]");
+}
+
+TEST(TriangleMesh, OfAMillionTrianglesIsMadeInSeconds) {
+  const auto start = std::chrono::steady_clock::now();
+  const TriangleMesh mesh = GroundMesh(100, 707, [](double x, double y) { return std::sin(x) * std::cos(y); });
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(mesh.data->triangles.size(), 2u * 707 * 707);
+  // It takes about one second; ten leave room for a sanitizer and a busy machine.
+  EXPECT_LT(spent.count(), 10);
+  RecordProperty("seconds", std::to_string(spent.count()));
+}
+
+TEST(Heightfield, RefusesWhatIsNone) {
+  EXPECT_EQ(WhyNot(MakeHeightfield(2, 3, 1, std::vector<double>(6, 0.5))), "");
+  EXPECT_EQ(WhyNot(MakeHeightfield(1, 3, 1, std::vector<double>(3, 0.5))), "OUT_OF_RANGE rows");
+  EXPECT_EQ(WhyNot(MakeHeightfield(2, 1025, 1, {})), "OUT_OF_RANGE columns");
+  EXPECT_EQ(WhyNot(MakeHeightfield(2, 3, 0, std::vector<double>(6, 0.5))), "OUT_OF_RANGE cell_size");
+  EXPECT_EQ(WhyNot(MakeHeightfield(2, 3, 1, std::vector<double>(5, 0.5))), "INVALID_VALUE heights");
+  EXPECT_EQ(WhyNot(MakeHeightfield(2, 3, 1, {0, 0, 0, 0, INFINITY, 0})), "NOT_FINITE heights[4]");
+}
+
+TEST(Surfaces, AreEqualByContent) {
+  EXPECT_EQ(BoxMesh({1, 2, 3}), BoxMesh({1, 2, 3}));
+  EXPECT_NE(BoxMesh({1, 2, 3}), BoxMesh({1, 2, 4}));
+  EXPECT_EQ(Ground(4, 1), Ground(4, 1));
+  EXPECT_NE(Ground(4, 1), Ground(4, 2));
+  EXPECT_NE(Heightfield{}, Ground(4, 1));
+}
+
+}  // namespace
+}  // namespace genphys
