@@ -89,24 +89,6 @@ std::vector<Event> World::TakeEvents() { return std::exchange(events_, {}); }
 
 void World::Record(EventKind kind) { events_.push_back({layer_.next_event_sequence++, layer_.step, std::move(kind)}); }
 
-Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t collides_with_bits) {
-  if (engine_ == nullptr || !backend_->capabilities().Has(Feature::kRayCasts)) {
-    return UnsupportedFeature(Feature::kRayCasts, scene_.world.engine, "");
-  }
-  for (size_t i = 0; i < rays.size(); ++i) {
-    const auto path = [&](std::string_view column) { return Cat(column, "[", i, "]"); };
-    GENPHYS_RETURN_IF_ERROR(CheckVector(rays[i].origin, Limits::kPositionMax, path("origins")));
-    GENPHYS_RETURN_IF_ERROR(CheckVector(rays[i].translation, Limits::kRayLengthMax, path("translations")));
-  }
-  std::vector<RayHit> hits(rays.size());
-  try {
-    engine_->CastRays(rule_, rays, collides_with_bits, hits);
-  } catch (const EngineFault& fault) {
-    return Diverged(fault.what());
-  }
-  return hits;
-}
-
 uint64_t World::StateHash() const {
   std::string bytes;
   Serialize(scene_, bytes);

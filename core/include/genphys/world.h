@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "genphys/backend.h"
@@ -68,6 +69,33 @@ class World {
   /// Closest hits of `rays` among geometries in `collides_with_bits`. UNSUPPORTED_FEATURE without an engine that can.
   Result<std::vector<RayHit>> CastRays(std::span<const Ray> rays, uint64_t collides_with_bits = ~uint64_t{0});
 
+  /// Where each ray enters every geometry in `collides_with_bits` that it hits, in order of fraction, then id.
+  Result<std::vector<std::vector<RayEntry>>> CastRaysThrough(std::span<const Ray> rays,
+                                                             uint64_t collides_with_bits = ~uint64_t{0});
+
+  /// The first geometry that the bounded convex `shape` meets from each of `poses` along its translation, without
+  /// turning. What it overlaps at the start is met at the fraction 0.
+  Result<std::vector<ShapeCastHit>> CastShape(const Shape& shape, std::span<const Pose> poses,
+                                              std::span<const Vector3> translations,
+                                              uint64_t collides_with_bits = ~uint64_t{0});
+
+  /// The geometries that the bounded convex `shape` overlaps at each of `poses`, ascending.
+  Result<std::vector<std::vector<GeometryId>>> FindOverlaps(const Shape& shape, std::span<const Pose> poses,
+                                                            uint64_t collides_with_bits = ~uint64_t{0});
+
+  /// The geometry nearest to the bounded convex `shape` at each of `poses`, up to `distance_max` (m) away.
+  Result<std::vector<ClosestPoints>> FindClosest(const Shape& shape, std::span<const Pose> poses, double distance_max,
+                                                 uint64_t collides_with_bits = ~uint64_t{0});
+
+  /// The distance of each pair of entities, over all of their geometries, sensors too, whatever their filters. A null
+  /// `hit` if one of them has no geometry.
+  Result<std::vector<ClosestPoints>> MeasureDistances(std::span<const EntityId> from,
+                                                      std::span<const EntityId> to) const;
+
+  /// Whom `id` touches as of the last step, ascending, with the points and impulses of its last substep; of sleepers
+  /// the points where they lie.
+  Result<std::vector<EntityContact>> ContactsOf(EntityId id) const;
+
   /// Hash of description, columns, layer state and the engine's private state: equal hashes, equal futures.
   uint64_t StateHash() const;
 
@@ -108,6 +136,14 @@ class World {
   void RecordEnd(const TouchingPair& touching);
   void RecordWoken();
   Status Diverged(std::string_view why);
+
+  // Queries (world_queries.cc).
+  Status CheckQuery(Feature feature) const;
+  Status CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const;
+  std::vector<GeometryRow> RowsIn(const Bounds& bounds, uint64_t collides_with_bits);
+  std::pair<const Geometry*, Placement> Placed(GeometryRow row) const;
+  void AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
+  void AddLyingPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
 
   const BackendRegistry& registry_;
   Scene scene_;

@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "cat.h"
+#include "genphys/limits.h"
+#include "genphys/narrow_phase.h"
+#include "genphys/proximity.h"
+#include "genphys/ray_cast.h"
+#include "genphys/world.h"
+#include "validate.h"
+
+namespace genphys {
+namespace {
+
+Status CheckRays(std::span<const Ray> rays) {
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const auto path = [&](std::string_view column) { return Cat(column, "[", i, "]"); };
+    GENPHYS_RETURN_IF_ERROR(CheckVector(rays[i].origin, Limits::kPositionMax, path("origins")));
+    GENPHYS_RETURN_IF_ERROR(CheckVector(rays[i].translation, Limits::kRayLengthMax, path("translations")));
+  }
+  return absl::OkStatus();
+}
+
+Placement PlacementOf(const Pose& pose) { return ToPlacement({pose.position, pose.orientation.normalized()}); }
+
+}  // namespace
+
+Status World::CheckQuery(Feature feature) const {
+  if (engine_ != nullptr && backend_->capabilities().Has(feature)) return absl::OkStatus();
+  return UnsupportedFeature(feature, scene_.world.engine, "");
+}
+
+Status World::CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const {
+  GENPHYS_RETURN_IF_ERROR(CheckQuery(Feature::kShapeQueries));
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckShape(shape), "shape"));
+  if (!IsConvex(shape)) return Refuse(Reason::kInvalidValue, "shape", "a query asks for a bounded convex shape");
+  for (size_t i = 0; i < poses.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckVector(poses[i].position, Limits::kPositionMax, Cat("positions[", i, "]")));
+    GENPHYS_RETURN_IF_ERROR(CheckOrientation(poses[i].orientation, Cat("orientations[", i, "]")));
+  }
+  return absl::OkStatus();
+}
+
+// In order of ids, so that nothing depends on the engine's order.
+std::vector<GeometryRow> World::RowsIn(const Bounds& bounds, uint64_t collides_with_bits) {
+  std::vector<GeometryRow> rows;
+  engine_->FindInBounds(bounds, rows);
+  std::erase_if(rows, [&](GeometryRow row) { return !rule_.SeenByRay(row, collides_with_bits); });
+  std::sort(rows.begin(), rows.end(), [&](GeometryRow a, GeometryRow b) { return rule_.Before(a, b); });
+  return rows;
+}
+
+std::pair<const Geometry*, Placement> World::Placed(GeometryRow row) const {
+  const PairRule::GeometryInfo& info = rule_.info(row);
+  const std::vector<GeometryRow>& rows = geometry_rows_[Index(info.entity)];
+  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
+  const Geometry& geometry = scene_.entities[Index(info.entity)]->desc->rigid_body->geometries[place];
+  return {&geometry, ToPlacement(state_.pose(info.entity).Transform(geometry.pose_in_entity))};
+}
+
+Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t collides_with_bits) {
+  GENPHYS_RETURN_IF_ERROR(CheckQuery(Feature::kRayCasts));
+  GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
+  std::vector<RayHit> hits(rays.size());
+  try {
+    engine_->CastRays(rule_, rays, collides_with_bits, hits);
+  } catch (const EngineFault& fault) {
+    return Diverged(fault.what());
+  }
+  return hits;
+}
+
+Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<const Ray> rays,
+                                                                  uint64_t collides_with_bits) {
+  GENPHYS_RETURN_IF_ERROR(CheckQuery(Feature::kShapeQueries));
+  GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
+  std::vector<std::vector<RayEntry>> all(rays.size());
+  std::vector<GeometryRow> rows;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    rows.clear();
+    engine_->FindOnSegment(rays[i], rows);
+    for (const GeometryRow row : rows) {
+      if (!rule_.SeenByRay(row, collides_with_bits)) continue;
+      const auto [geometry, placement] = Placed(row);
+      const Ray local{placement.ToLocal(rays[i].origin), placement.rotation.transpose() * rays[i].translation};
+      const std::optional<SurfaceHit> hit = EnterShape(geometry->shape, local);
+      if (!hit) continue;
+      all[i].push_back({{rule_.info(row).entity_id, geometry->id}, hit->fraction, placement.rotation * hit->normal});
+    }
+    std::sort(all[i].begin(), all[i].end(), [](const RayEntry& a, const RayEntry& b) {
+      return std::tie(a.fraction, a.hit) < std::tie(b.fraction, b.hit);
+    });
+  }
+  return all;
+}
+
+Result<std::vector<ShapeCastHit>> World::CastShape(const Shape& shape, std::span<const Pose> poses,
+                                                   std::span<const Vector3> translations, uint64_t collides_with_bits) {
+  GENPHYS_RETURN_IF_ERROR(CheckShapeQuery(shape, poses));
+  if (translations.size() != poses.size()) {
+    return Refuse(Reason::kInvalidValue, "translations", "there must be as many translations as positions");
+  }
+  std::vector<ShapeCastHit> hits(poses.size());
+  for (size_t i = 0; i < poses.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckVector(translations[i], Limits::kRayLengthMax, Cat("translations[", i, "]")));
+    const Placement placement = PlacementOf(poses[i]);
+    const Bounds start = BoundsOf(shape, placement);
+    const Bounds end{start.min + translations[i], start.max + translations[i]};
+    for (const GeometryRow row : RowsIn(start.Union(end), collides_with_bits)) {
+      const auto [geometry, there] = Placed(row);
+      const std::optional<ShapeHit> hit = SweepShape(shape, placement, translations[i], geometry->shape, there);
+      if (!hit || (!hits[i].hit.entity.is_null() && hit->fraction >= hits[i].fraction)) continue;
+      hits[i] = {{rule_.info(row).entity_id, geometry->id}, hit->fraction, hit->position, hit->normal};
+    }
+  }
+  return hits;
+}
+
+Result<std::vector<std::vector<GeometryId>>> World::FindOverlaps(const Shape& shape, std::span<const Pose> poses,
+                                                                 uint64_t collides_with_bits) {
+  GENPHYS_RETURN_IF_ERROR(CheckShapeQuery(shape, poses));
+  std::vector<std::vector<GeometryId>> overlaps(poses.size());
+  Manifold manifold;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const Placement placement = PlacementOf(poses[i]);
+    for (const GeometryRow row : RowsIn(BoundsOf(shape, placement), collides_with_bits)) {
+      const auto [geometry, there] = Placed(row);
+      FindContacts(geometry->shape, there, shape, placement, 0, manifold);
+      if (manifold.count > 0) overlaps[i].push_back({rule_.info(row).entity_id, geometry->id});
+    }
+  }
+  return overlaps;
+}
+
+Result<std::vector<ClosestPoints>> World::FindClosest(const Shape& shape, std::span<const Pose> poses,
+                                                      double distance_max, uint64_t collides_with_bits) {
+  GENPHYS_RETURN_IF_ERROR(CheckShapeQuery(shape, poses));
+  GENPHYS_RETURN_IF_ERROR(CheckNumber(distance_max, 0, Limits::kRayLengthMax, "distance_max"));
+  std::vector<ClosestPoints> closest(poses.size());
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const Placement placement = PlacementOf(poses[i]);
+    double within = distance_max;
+    for (const GeometryRow row : RowsIn(BoundsOf(shape, placement).Widened(distance_max), collides_with_bits)) {
+      const auto [geometry, there] = Placed(row);
+      const std::optional<Proximity> near = FindProximity(geometry->shape, there, shape, placement, within);
+      if (!near || (!closest[i].hit.entity.is_null() && near->distance >= within)) continue;
+      within = near->distance;
+      closest[i] = {{rule_.info(row).entity_id, geometry->id}, near->distance, near->on_b, near->on_a, near->normal};
+    }
+  }
+  return closest;
+}
+
+Result<std::vector<ClosestPoints>> World::MeasureDistances(std::span<const EntityId> from,
+                                                           std::span<const EntityId> to) const {
+  if (from.size() != to.size()) {
+    return Refuse(Reason::kInvalidValue, "to_ids", "there must be as many ids on either side");
+  }
+  std::vector<ClosestPoints> distances(from.size());
+  for (size_t i = 0; i < from.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckId(from[i], Cat("from_ids[", i, "]")));
+    GENPHYS_RETURN_IF_ERROR(CheckId(to[i], Cat("to_ids[", i, "]")));
+    for (const GeometryRow row : geometry_rows_[from[i].index()]) {
+      const auto [geometry, placement] = Placed(row);
+      for (const GeometryRow other_row : geometry_rows_[to[i].index()]) {
+        const auto [other, there] = Placed(other_row);
+        const std::optional<Proximity> near = FindProximity(other->shape, there, geometry->shape, placement);
+        ClosestPoints& best = distances[i];
+        if (!near || (!best.hit.entity.is_null() && near->distance >= best.distance)) continue;
+        best = {{to[i], other->id}, near->distance, near->on_b, near->on_a, near->normal};
+      }
+    }
+  }
+  return distances;
+}
+
+Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
+  GENPHYS_RETURN_IF_ERROR(CheckId(id, "entity_id"));
+  std::vector<EntityContact> contacts;
+  for (const TouchingPair& touching : layer_.touching) {
+    if (touching.pair.a != id && touching.pair.b != id) continue;
+    EntityContact contact{touching.pair.a == id ? touching.pair.b : touching.pair.a, touching.is_sensor, {}};
+    AddSolvedPoints(touching.pair, contact.points);
+    if (contact.points.empty()) AddLyingPoints(touching.pair, contact.points);
+    contacts.push_back(std::move(contact));
+  }
+  std::sort(contacts.begin(), contacts.end(), [](const EntityContact& a, const EntityContact& b) {
+    return std::tie(a.other, a.is_sensor) < std::tie(b.other, b.is_sensor);
+  });
+  return contacts;
+}
+
+void World::AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const {
+  for (const ContactPair& pair : solved_.pairs) {
+    if (state_.ids[Index(pair.entity_a)] != entities.a || state_.ids[Index(pair.entity_b)] != entities.b) continue;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      const ContactPoint& point = solved_.points[i];
+      points.push_back({.position = point.position,
+                        .normal = point.normal,
+                        .depth = point.depth,
+                        .normal_impulse = point.normal_impulse,
+                        .friction_impulse = point.friction_impulse,
+                        .relative_velocity = point.relative_velocity,
+                        .friction = point.friction,
+                        .restitution = pair.material.restitution,
+                        .geometry_a = rule_.info(pair.geometry_a).geometry_id,
+                        .geometry_b = rule_.info(pair.geometry_b).geometry_id});
+    }
+  }
+}
+
+void World::AddLyingPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const {
+  Manifold manifold;
+  for (const GeometryRow row_a : geometry_rows_[entities.a.index()]) {
+    for (const GeometryRow row_b : geometry_rows_[entities.b.index()]) {
+      if (rule_.Decide(row_a, row_b) == PairRule::Verdict::kIgnore) continue;
+      const auto [a, placement_a] = Placed(row_a);
+      const auto [b, placement_b] = Placed(row_b);
+      FindContacts(a->shape, placement_a, b->shape, placement_b, -kTouchingDepth, manifold);
+      const MixedMaterial material = rule_.Mixed(row_a, row_b);
+      for (int i = 0; i < manifold.count; ++i) {
+        const MeetingPoint& point = manifold.points[static_cast<size_t>(i)];
+        points.push_back({.position = point.position,
+                          .normal = point.normal,
+                          .depth = point.depth,
+                          .friction = material.friction,
+                          .restitution = material.restitution,
+                          .geometry_a = a->id,
+                          .geometry_b = b->id});
+      }
+    }
+  }
+}
+
+}  // namespace genphys
