@@ -114,11 +114,26 @@ void MeetConvex(const Shape& a, const Placement& placement_a, const Shape& b, co
   ToWorld({placement_b.position, Matrix3::Identity()}, manifold);
 }
 
-}  // namespace
-
-bool IsForNarrowPhase(const Shape& shape) {
+// What no engine has as it should be.
+bool IsOurs(const Shape& shape) {
   return std::holds_alternative<Cone>(shape) || std::holds_alternative<Ellipsoid>(shape) ||
          std::holds_alternative<ConvexHull>(shape) || IsSurface(shape);
+}
+
+bool IsRound(const Shape& shape) {
+  return std::holds_alternative<Capsule>(shape) || std::holds_alternative<Cylinder>(shape);
+}
+
+// Against these there is a closed form for all that is round.
+bool IsSmooth(const Shape& shape) {
+  return std::holds_alternative<Sphere>(shape) || std::holds_alternative<Plane>(shape);
+}
+
+}  // namespace
+
+bool IsForNarrowPhase(const Shape& a, const Shape& b) {
+  if (IsOurs(a) || IsOurs(b)) return true;
+  return IsRound(a) ? !IsSmooth(b) : IsRound(b) && !IsSmooth(a);
 }
 
 void FindContacts(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,

@@ -48,7 +48,6 @@ double Area(const Vector3& a, const Vector3& b, const Vector3& c) { return (b - 
 void PointSet::Add(const MeetingPoint& point) {
   if (point.depth < -kContactGap || count_ == kMax) return;
   points_[static_cast<size_t>(count_++)] = point;
-  deepest_ = std::max(deepest_, point.depth);
 }
 
 void PointSet::ReduceTo(Manifold& meeting) const {
@@ -109,20 +108,6 @@ void ClipToPolygon(const SurfaceFeature& reference, const SurfaceFeature& incide
     points.Add({.position = polygon[i] - gap / 2 * reference.normal,
                 .normal = reference_is_b ? Vector3(-reference.normal) : reference.normal,
                 .depth = -gap});
-  }
-}
-
-void OverlapSegments(const SurfaceFeature& a, const SurfaceFeature& b, const Vector3& normal, PointSet& points) {
-  const Vector3 start = a.vertices[0];
-  const Vector3 along = (a.vertices[1] - start).normalized();
-  const double length = (a.vertices[1] - start).norm();
-  const double first = along.dot(b.vertices[0] - start), second = along.dot(b.vertices[1] - start);
-  const double low = std::max(0.0, std::min(first, second)), high = std::min(length, std::max(first, second));
-  if (low > high || first == second) return;
-  for (const double at : {low, high}) {
-    const Vector3 on_a = start + at * along;
-    const Vector3 on_b = b.vertices[0] + (at - first) / (second - first) * (b.vertices[1] - b.vertices[0]);
-    points.Add({.position = (on_a + on_b) / 2, .normal = normal, .depth = normal.dot(on_a - on_b)});
   }
 }
 

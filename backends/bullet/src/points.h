@@ -1,6 +1,4 @@
 #pragma once
-#include <limits>
-
 #include "contacts.h"
 
 namespace genphys::bullet_backend {
@@ -19,21 +17,15 @@ class PointSet {
   void ReduceTo(Manifold& meeting) const;
 
   bool is_empty() const { return count_ == 0; }
-  /// Depth of the deepest point; minus infinity if there is none.
-  double deepest() const { return deepest_; }
 
  private:
   std::array<MeetingPoint, kMax> points_;
   int count_ = 0;
-  double deepest_ = -std::numeric_limits<double>::infinity();
 };
 
 /// The points in which `incident` lies before or behind the polygon `reference`, within its sides. The normal of the
 /// points is that of the polygon, turned round if `reference_is_b`.
 void ClipToPolygon(const SurfaceFeature& reference, const SurfaceFeature& incident, bool reference_is_b,
                    PointSet& points);
-
-/// The ends of the stretch over which two segments, nearly parallel and both across `normal`, run side by side.
-void OverlapSegments(const SurfaceFeature& a, const SurfaceFeature& b, const Vector3& normal, PointSet& points);
 
 }  // namespace genphys::bullet_backend

@@ -1,6 +1,5 @@
 #pragma once
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
-#include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 
 #include <array>
 #include <memory>
@@ -21,21 +20,19 @@ inline constexpr double kBoxPadding = 2.5e-4;
 /// A shape and what Bullet needs to collide it.
 struct CollisionShape {
   Shape shape;
-  /// For closest features; none for spheres and planes, and for the shapes of the narrow phase.
-  std::unique_ptr<btConvexInternalShape> core;
   /// For the box test; boxes only.
   std::unique_ptr<btBoxShape> padded;
 
   explicit CollisionShape(const Shape& described);
 };
 
-/// The point of a sphere, box, capsule or cylinder that lies farthest in `direction` (unit length), in the world.
-Vector3 FarthestPoint(const Shape& shape, const Placement& placement, const Vector3& direction);
+/// The corner of a box that lies farthest in `direction`, in the world.
+Vector3 FarthestCorner(const Box& box, const Placement& placement, const Vector3& direction);
 
 /// The face, edge or corner with which a convex solid meets what lies in one direction: a polygon with its outward
 /// normal, a segment, or a point. World coordinates.
 struct SurfaceFeature {
-  static constexpr int kVerticesMax = 8;
+  static constexpr int kVerticesMax = 4;
   std::array<Vector3, kVerticesMax> vertices;
   int count = 0;
   Vector3 normal = Vector3::Zero();  // of a polygon
@@ -44,9 +41,8 @@ struct SurfaceFeature {
   void Add(const Vector3& vertex) { vertices[static_cast<size_t>(count++)] = vertex; }
 };
 
-/// Of a sphere, box, capsule or cylinder; the end of a cylinder is given as a polygon with `rim_vertices` corners, one
-/// of which lies farthest in `direction` (unit length).
-SurfaceFeature SupportFeature(const Shape& shape, const Placement& placement, const Vector3& direction,
-                              int rim_vertices);
+/// Of a sphere, box, capsule or cylinder; the end of a cylinder is given as a square within its rim, of which one
+/// corner lies farthest in `direction` (unit length).
+SurfaceFeature SupportFeature(const Shape& shape, const Placement& placement, const Vector3& direction);
 
 }  // namespace genphys::bullet_backend

@@ -63,7 +63,7 @@ uint32_t FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<C
 }  // namespace
 
 uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
-  if (a.geom() == nullptr || b.geom() == nullptr) return FindOurPoints(a, b, points);
+  if (IsForNarrowPhase(a.shape(), b.shape())) return FindOurPoints(a, b, points);
   Found found;
   // ODE's normals point into the first geometry.
   const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));

@@ -26,9 +26,10 @@ struct Manifold {
   }
 };
 
-/// Whether a pair with `shape` belongs to FindContacts(): engines have cones, ellipsoids, hulls, meshes and
-/// heightfields in part, with margins, in single precision or not at all.
-bool IsForNarrowPhase(const Shape& shape);
+/// Whether this pair belongs to FindContacts(). Engines have cones, ellipsoids, hulls, meshes and heightfields in part,
+/// with margins, in single precision or not at all, and where a capsule or a cylinder meets something with edges they
+/// give one point where there are more, or a normal that is off. Balls, boxes and planes among each other they do well.
+bool IsForNarrowPhase(const Shape& a, const Shape& b);
 
 /// Where `a` and `b` meet at these placements; points with a gap of more than `gap` (m) are left out. A function of its
 /// arguments alone: depths are exact to rounding for polyhedra and planes and to 1e-9 of the size for round shapes. Two
