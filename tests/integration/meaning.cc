@@ -58,6 +58,20 @@ const std::vector<Known> kImpossible{
      "$1.indices[0]"},
     {R"([A-Za-z]+Request\.(.*\.shape\.triangle_mesh)\..*)", kAny, Reason::kInvalidValue, "$1.indices"},
     {R"([A-Za-z]+Request\.(.*\.shape\.heightfield)\..*)", kAny, Reason::kInvalidValue, "$1.heights"},
+    // The same of a query, which asks for a bounded shape besides.
+    {R"([A-Za-z]+Request\.(shape)\.plane\..*)", kAny, Reason::kInvalidValue, "$1"},
+    {R"([A-Za-z]+Request\.(shape\.convex_hull)\..*)", kAny, Reason::kInvalidValue, "$1.vertices"},
+    {R"([A-Za-z]+Request\.(shape\.triangle_mesh)\.indices\[0\])", "at min", Reason::kOutOfRange, "$1.indices[1]"},
+    {R"([A-Za-z]+Request\.(shape\.triangle_mesh)\.(?:vertices|indices)\[0\])", kAny, Reason::kOutOfRange,
+     "$1.indices[0]"},
+    {R"([A-Za-z]+Request\.(shape\.triangle_mesh)\..*)", kAny, Reason::kInvalidValue, "$1.indices"},
+    {R"([A-Za-z]+Request\.(shape\.heightfield)\..*)", kAny, Reason::kInvalidValue, "$1.heights"},
+    // What a column is lengthened by is zeros, which turn nothing and name nobody. A length of 1.001 is accepted.
+    {R"((?:CastShape|FindOverlaps|FindClosest)Request\.orientations\[0\])", "at min|at max", Reason::kNotUnitLength,
+     "orientations[1]"},
+    {R"((?:CastShape|FindOverlaps|FindClosest)Request\.(?:positions|orientations|translations).*)", "(?!empty).*",
+     Reason::kNotUnitLength, "orientations[0]"},
+    {R"(MeasureDistancesRequest\.(?:from|to)_ids.*)", kAny, Reason::kMissingField, "from_ids[0]"},
     // With all other elements 1, no element makes a tensor that is positive definite.
     {R"([A-Za-z]+Request\.(.*\.inertia\.tensor).*)", kAny, Reason::kInvalidValue, "$1"},
 };

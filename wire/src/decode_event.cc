@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "genphys/wire/decode.h"
+#include "shape_message.h"
 #include "update_mask.h"
 #include "values.h"
 
@@ -29,16 +30,7 @@ std::vector<EventContactPoint> PointsOf(const Message& message) {
   std::vector<EventContactPoint> points;
   points.reserve(static_cast<size_t>(message.points_size()));
   for (const v1::ContactPoint& point : message.points()) {
-    points.push_back({.position = DecodeVector(point.position()),
-                      .normal = DecodeVector(point.normal()),
-                      .depth = point.depth(),
-                      .normal_impulse = point.normal_impulse(),
-                      .friction_impulse = DecodeVector(point.friction_impulse()),
-                      .relative_velocity = DecodeVector(point.relative_velocity()),
-                      .friction = point.friction(),
-                      .restitution = point.restitution(),
-                      .geometry_a = point.geometry_a(),
-                      .geometry_b = point.geometry_b()});
+    points.push_back(DecodePoint(point));
   }
   return points;
 }
@@ -95,6 +87,19 @@ Result<EventKind> DecodeKind(const v1::Event& event) {
 }
 
 }  // namespace
+
+EventContactPoint DecodePoint(const v1::ContactPoint& point) {
+  return {.position = DecodeVector(point.position()),
+          .normal = DecodeVector(point.normal()),
+          .depth = point.depth(),
+          .normal_impulse = point.normal_impulse(),
+          .friction_impulse = DecodeVector(point.friction_impulse()),
+          .relative_velocity = DecodeVector(point.relative_velocity()),
+          .friction = point.friction(),
+          .restitution = point.restitution(),
+          .geometry_a = point.geometry_a(),
+          .geometry_b = point.geometry_b()};
+}
 
 Result<Event> DecodeEvent(const v1::Event& event) {
   Result<EventKind> kind = DecodeKind(event);

@@ -1,22 +1,10 @@
 #include "genphys/wire/encode.h"
+#include "shape_message.h"
 #include "update_mask.h"
 #include "values.h"
 
 namespace genphys {
 namespace {
-
-void EncodePoint(const EventContactPoint& point, v1::ContactPoint* out) {
-  EncodeVector(point.position, out->mutable_position());
-  EncodeVector(point.normal, out->mutable_normal());
-  out->set_depth(point.depth);
-  out->set_normal_impulse(point.normal_impulse);
-  EncodeVector(point.friction_impulse, out->mutable_friction_impulse());
-  EncodeVector(point.relative_velocity, out->mutable_relative_velocity());
-  out->set_friction(point.friction);
-  out->set_restitution(point.restitution);
-  out->set_geometry_a(point.geometry_a);
-  out->set_geometry_b(point.geometry_b);
-}
 
 struct EventEncoder {
   v1::Event* out;
@@ -70,6 +58,19 @@ struct EventEncoder {
 };
 
 }  // namespace
+
+void EncodePoint(const EventContactPoint& point, v1::ContactPoint* out) {
+  EncodeVector(point.position, out->mutable_position());
+  EncodeVector(point.normal, out->mutable_normal());
+  out->set_depth(point.depth);
+  out->set_normal_impulse(point.normal_impulse);
+  EncodeVector(point.friction_impulse, out->mutable_friction_impulse());
+  EncodeVector(point.relative_velocity, out->mutable_relative_velocity());
+  out->set_friction(point.friction);
+  out->set_restitution(point.restitution);
+  out->set_geometry_a(point.geometry_a);
+  out->set_geometry_b(point.geometry_b);
+}
 
 void EncodeEvent(const Event& event, v1::Event* out, bool contact_points) {
   out->set_sequence(event.sequence);

@@ -214,19 +214,6 @@ Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsReque
   return response;
 }
 
-Result<v1::CastRaysResponse> HostedWorld::CastRays(const v1::CastRaysRequest& request) {
-  GENPHYS_RETURN_IF_ERROR(CheckUsable());
-  const Result<std::vector<Ray>> rays = DecodeRays(request);
-  if (!rays.ok()) return rays.status();
-  const uint64_t bits = request.has_collides_with_bits() ? request.collides_with_bits() : ~uint64_t{0};
-  const Result<std::vector<RayHit>> hits = world_->CastRays(*rays, bits);
-  if (!hits.ok()) return hits.status();
-  v1::CastRaysResponse response;
-  stamp().Encode(response.mutable_stamp());
-  EncodeRayHits(*hits, &response);
-  return response;
-}
-
 Result<v1::GetWorldResponse> HostedWorld::GetWorld(const v1::GetWorldRequest&) {
   v1::GetWorldResponse response;
   EncodeWorld(world_->scene().world, name_, state(), response.mutable_world());

@@ -37,6 +37,11 @@ class HostedWorld {
   Result<v1::ListEntitiesResponse> ListEntities(const v1::ListEntitiesRequest& request);
   Result<v1::ListJointsResponse> ListJoints(const v1::ListJointsRequest& request);
   Result<v1::CastRaysResponse> CastRays(const v1::CastRaysRequest& request);
+  Result<v1::CastShapeResponse> CastShape(const v1::CastShapeRequest& request);
+  Result<v1::FindOverlapsResponse> FindOverlaps(const v1::FindOverlapsRequest& request);
+  Result<v1::FindClosestResponse> FindClosest(const v1::FindClosestRequest& request);
+  Result<v1::MeasureDistancesResponse> MeasureDistances(const v1::MeasureDistancesRequest& request);
+  Result<v1::GetContactsResponse> GetContacts(const v1::GetContactsRequest& request);
   Result<v1::GetWorldResponse> GetWorld(const v1::GetWorldRequest& request);
   Result<v1::ResetWorldResponse> ResetWorld(const v1::ResetWorldRequest& request);
   Result<v1::PlayWorldResponse> PlayWorld(const v1::PlayWorldRequest& request);

@@ -54,6 +54,16 @@ Result<Bytes> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
       return Answer(hosted, call, &HostedWorld::ListJoints);
     case WorldMethod::kCastRays:
       return Answer(hosted, call, &HostedWorld::CastRays);
+    case WorldMethod::kCastShape:
+      return Answer(hosted, call, &HostedWorld::CastShape);
+    case WorldMethod::kFindOverlaps:
+      return Answer(hosted, call, &HostedWorld::FindOverlaps);
+    case WorldMethod::kFindClosest:
+      return Answer(hosted, call, &HostedWorld::FindClosest);
+    case WorldMethod::kMeasureDistances:
+      return Answer(hosted, call, &HostedWorld::MeasureDistances);
+    case WorldMethod::kGetContacts:
+      return Answer(hosted, call, &HostedWorld::GetContacts);
     case WorldMethod::kDeleteWorld:
     case WorldMethod::kStep:
     case WorldMethod::kWatchEvents:

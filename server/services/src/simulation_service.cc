@@ -44,6 +44,32 @@ grpc::ServerUnaryReactor* SimulationService::CastRays(grpc::CallbackServerContex
   return CallWorld(directory_, WorldMethod::kCastRays, context, request, response);
 }
 
+grpc::ServerUnaryReactor* SimulationService::CastShape(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return CallWorld(directory_, WorldMethod::kCastShape, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::FindOverlaps(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return CallWorld(directory_, WorldMethod::kFindOverlaps, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::FindClosest(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return CallWorld(directory_, WorldMethod::kFindClosest, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::MeasureDistances(grpc::CallbackServerContext* context,
+                                                              const grpc::ByteBuffer* request,
+                                                              grpc::ByteBuffer* response) {
+  return CallWorld(directory_, WorldMethod::kMeasureDistances, context, request, response);
+}
+
+grpc::ServerUnaryReactor* SimulationService::GetContacts(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return CallWorld(directory_, WorldMethod::kGetContacts, context, request, response);
+}
+
 grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::WatchEvents(grpc::CallbackServerContext*,
                                                                            const grpc::ByteBuffer* request) {
   return new MessageStream(directory_.Watch(WorldMethod::kWatchEvents, ToBytes(*request)));

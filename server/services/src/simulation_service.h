@@ -11,9 +11,14 @@ using RawSimulationService =
                 v1::SimulationService::WithRawCallbackMethod_ListJoints<
                     v1::SimulationService::WithRawCallbackMethod_Step<
                         v1::SimulationService::WithRawCallbackMethod_CastRays<
-                            v1::SimulationService::WithRawCallbackMethod_WatchEvents<
-                                v1::SimulationService::WithRawCallbackMethod_WatchFrames<
-                                    v1::SimulationService::Service>>>>>>>>>>;
+                            v1::SimulationService::WithRawCallbackMethod_CastShape<
+                                v1::SimulationService::WithRawCallbackMethod_FindOverlaps<
+                                    v1::SimulationService::WithRawCallbackMethod_FindClosest<
+                                        v1::SimulationService::WithRawCallbackMethod_MeasureDistances<
+                                            v1::SimulationService::WithRawCallbackMethod_GetContacts<
+                                                v1::SimulationService::WithRawCallbackMethod_WatchEvents<
+                                                    v1::SimulationService::WithRawCallbackMethod_WatchFrames<
+                                                        v1::SimulationService::Service>>>>>>>>>>>>>>>;
 
 /// Hands encoded requests to worlds, and encoded replies and streams back.
 class SimulationService final : public RawSimulationService {
@@ -36,6 +41,16 @@ class SimulationService final : public RawSimulationService {
                                  grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* CastRays(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* CastShape(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* FindOverlaps(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* FindClosest(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* MeasureDistances(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                             grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetContacts(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchEvents(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchFrames(grpc::CallbackServerContext* context,

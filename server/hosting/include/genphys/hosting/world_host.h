@@ -25,6 +25,11 @@ enum class WorldMethod : uint8_t {
   kListJoints,
   kStep,
   kCastRays,
+  kCastShape,
+  kFindOverlaps,
+  kFindClosest,
+  kMeasureDistances,
+  kGetContacts,
   kWatchEvents,
   kWatchFrames,
 };
