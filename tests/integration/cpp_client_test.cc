@@ -155,6 +155,35 @@ TEST_P(CppClient, FindsWhatARayHits) {
   EXPECT_TRUE((*hits)[1].entity.is_null());
 }
 
+TEST_P(CppClient, AsksWhatShapesMeetAndOverlapAndHowFarThingsAre) {
+  constexpr double kExact = 1e-9;  // m: the narrow phase's
+  const EntityId ball = *world_.Add(Sphere{.radius = 0.5}, {.position = {0, 0, 5}, .mass = 1});
+  const EntityId cone = *world_.Add(Cone{.radius = 0.5, .half_length = 0.5}, {.position = {3, 0, 5}, .mass = 1});
+  const std::vector<Pose> places{{{-2, 0, 5}}};
+  const std::vector<Vector3> ways{{4, 0, 0}};
+
+  const auto through = world_.CastRaysThrough(std::vector<Ray>{{{-2, 0, 5}, {8, 0, 0}}});
+  ASSERT_TRUE(through.ok()) << through.status();
+  ASSERT_EQ((*through)[0].size(), 2u);
+  EXPECT_EQ((*through)[0][1].hit, (GeometryId{cone, 1}));
+  const auto hits = world_.CastShape(Sphere{0.25}, places, ways);
+  ASSERT_TRUE(hits.ok()) << hits.status();
+  EXPECT_EQ((*hits)[0].hit, (GeometryId{ball, 1}));
+  EXPECT_NEAR((*hits)[0].fraction, 1.25 / 4, kExact);
+  const auto overlaps = world_.FindOverlaps(Sphere{1.6}, places);
+  ASSERT_TRUE(overlaps.ok()) << overlaps.status();
+  EXPECT_EQ((*overlaps)[0], (std::vector<GeometryId>{{ball, 1}}));
+  const auto closest = world_.FindClosest(Sphere{0.25}, places, 10);
+  ASSERT_TRUE(closest.ok()) << closest.status();
+  EXPECT_NEAR((*closest)[0].distance, 1.25, kExact);
+  const auto distances = world_.MeasureDistances(std::vector<EntityId>{ball}, std::vector<EntityId>{cone});
+  ASSERT_TRUE(distances.ok()) << distances.status();
+  EXPECT_NEAR((*distances)[0].distance, std::hypot(2.5, 0.5) - 0.5, kExact) << "to the rim of the cone";
+  const auto contacts = world_.ContactsOf(ball);
+  ASSERT_TRUE(contacts.ok()) << contacts.status();
+  EXPECT_TRUE(contacts->empty());
+}
+
 TEST_P(CppClient, MovesToNoEngineAndBack) {
   const EntityId ball = *world_.Add(Sphere{}, {.position = {0, 0, 5}, .mass = 1, .linear_velocity = {1, 0, 0}});
 

@@ -201,16 +201,6 @@ Status World::Reset() {
   return connection_->CallOnce(connection_->worlds(), &Worlds::ResetWorld, request, &response);
 }
 
-Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t collides_with_bits) const {
-  v1::CastRaysRequest request;
-  request.set_world(name_);
-  request.set_collides_with_bits(collides_with_bits);
-  EncodeRays(rays, &request);
-  v1::CastRaysResponse response;
-  GENPHYS_RETURN_IF_ERROR(connection_->Call(connection_->simulation(), &Simulation::CastRays, request, &response));
-  return DecodeRayHits(response);
-}
-
 Result<EventStream> World::WatchEvents(const WatchOptions& options) const {
   v1::WatchEventsRequest request;
   request.set_world(name_);

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from . import model
 from ._contract import FEATURE, MOTION, WORLD_STATE
 from .frame import stamp_of
@@ -111,5 +113,14 @@ _SHAPES: dict[str, Callable[[Any], model.Shape]] = {
     "cylinder": lambda cylinder: model.Cylinder(cylinder.radius, cylinder.half_length),
     "plane": lambda plane: model.Plane(
         vector(plane.normal) if plane.HasField("normal") else (0.0, 0.0, 1.0), plane.offset
+    ),
+    "cone": lambda cone: model.Cone(cone.radius, cone.half_length),
+    "ellipsoid": lambda ellipsoid: model.Ellipsoid(vector(ellipsoid.semi_axes)),
+    "convex_hull": lambda hull: model.ConvexHull(np.reshape(hull.vertices, (-1, 3))),
+    "triangle_mesh": lambda mesh: model.TriangleMesh(
+        np.reshape(mesh.vertices, (-1, 3)), np.array(mesh.indices, np.uint32).reshape(-1, 3)
+    ),
+    "heightfield": lambda field: model.Heightfield(
+        np.reshape(field.heights, (field.rows, field.columns)), field.cell_size
     ),
 }

@@ -55,6 +55,14 @@ def vector_column(values: Any, what: str) -> bytes:
     return array.tobytes()
 
 
+def quaternion_column(values: Any, what: str) -> bytes:
+    """Returns an array of shape (n, 4) as a byte column; raises ValueError if it has another shape."""
+    array = np.ascontiguousarray(values, "<f8")
+    if array.ndim != 2 or array.shape[1] != 4:
+        raise ValueError(f"{what} has shape {array.shape}, not (n, 4)")
+    return array.tobytes()
+
+
 def frame_request(frame: bool | model.FrameRequest | None) -> Any:
     """Returns a FrameRequest message; None when no frame is wanted."""
     if frame is None or frame is False:
@@ -160,7 +168,36 @@ def shape(value: Any) -> Any:
         return wire.Shape(cylinder=wire.Cylinder(radius=value.radius, half_length=value.half_length))
     if isinstance(value, model.Plane):
         return wire.Shape(plane=wire.Plane(normal=vector(value.normal, "normal"), offset=value.offset))
-    raise TypeError(f"{value!r} is not a shape: Sphere, Box, Capsule, Cylinder or Plane")
+    if isinstance(value, model.Cone):
+        return wire.Shape(cone=wire.Cone(radius=value.radius, half_length=value.half_length))
+    if isinstance(value, model.Ellipsoid):
+        return wire.Shape(ellipsoid=wire.Ellipsoid(semi_axes=vector(value.semi_axes, "semi_axes")))
+    if isinstance(value, model.ConvexHull):
+        return wire.Shape(convex_hull=wire.ConvexHull(vertices=_rows(value.vertices, "vertices")))
+    if isinstance(value, model.TriangleMesh):
+        indices = np.asarray(value.indices)
+        if indices.ndim != 2 or indices.shape[1] != 3:
+            raise ValueError(f"indices has shape {indices.shape}, not (n, 3)")
+        mesh = wire.TriangleMesh(vertices=_rows(value.vertices, "vertices"), indices=indices.ravel().tolist())
+        return wire.Shape(triangle_mesh=mesh)
+    if isinstance(value, model.Heightfield):
+        return wire.Shape(heightfield=_heightfield(value))
+    raise TypeError(f"{value!r} is not a shape")
+
+
+def _rows(values: Any, what: str) -> list[float]:
+    array = np.asarray(values, np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{what} has shape {array.shape}, not (n, 3)")
+    return array.ravel().tolist()
+
+
+def _heightfield(value: model.Heightfield) -> Any:
+    heights = np.asarray(value.heights, np.float64)
+    if heights.ndim != 2:
+        raise ValueError(f"heights has shape {heights.shape}, not (rows, columns)")
+    rows, columns = heights.shape
+    return wire.Heightfield(rows=rows, columns=columns, cell_size=value.cell_size, heights=heights.ravel().tolist())
 
 
 def geometry(value: model.Geometry) -> Any:

@@ -103,6 +103,28 @@ class Commands:
         """Adds a cylinder along its z with flat ends; metres."""
         return self._add(model.Cylinder(radius, half_length), options)
 
+    def add_cone(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a cone with its apex at its z = half_length and its base across -half_length; metres."""
+        return self._add(model.Cone(radius, half_length), options)
+
+    def add_ellipsoid(self, *, semi_axes: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds an ellipsoid with these half axes in metres."""
+        return self._add(model.Ellipsoid(semi_axes), options)
+
+    def add_convex_hull(self, vertices: Any, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds the smallest convex body around (n, 3) points in metres."""
+        return self._add(model.ConvexHull(vertices), options)
+
+    def add_mesh(self, vertices: Any, indices: Any, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a static (or, with motion="kinematic", kinematic) surface of triangles; see `TriangleMesh`."""
+        options.setdefault("motion", "static")
+        return self._add(model.TriangleMesh(vertices, indices), options)
+
+    def add_heightfield(self, heights: Any, *, cell_size: float = 1.0, **options: Unpack[ShapeOptions]) -> Entity:
+        """Adds a static (or, with motion="kinematic", kinematic) ground of heights; see `Heightfield`."""
+        options.setdefault("motion", "static")
+        return self._add(model.Heightfield(heights, cell_size), options)
+
     def add_plane(
         self, *, normal: Vector = (0.0, 0.0, 1.0), offset: float = 0.0, **options: Unpack[ShapeOptions]
     ) -> Entity:

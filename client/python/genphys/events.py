@@ -203,7 +203,8 @@ def decode(message: Any, entity_of: EntityOf) -> Event:
 Decoder = Callable[[int, int, Any, EntityOf], Event]
 
 
-def _point(message: Any) -> ContactPoint:
+def contact_point(message: Any) -> ContactPoint:
+    """Returns a ContactPoint message as a value."""
     return ContactPoint(
         position=_decode.vector(message.position),
         normal=_decode.vector(message.normal),
@@ -220,7 +221,7 @@ def _point(message: Any) -> ContactPoint:
 
 def _contact(kind: Any) -> Decoder:
     return lambda step, sequence, body, of: kind(
-        step, sequence, of(body.entity_a), of(body.entity_b), tuple(_point(point) for point in body.points)
+        step, sequence, of(body.entity_a), of(body.entity_b), tuple(contact_point(point) for point in body.points)
     )
 
 

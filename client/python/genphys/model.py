@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Union
+from typing import Any, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,13 +58,86 @@ class Plane:
 
 
 @dataclasses.dataclass(frozen=True)
+class Cone:
+    """Apex at z = half_length, base across z = -half_length; its centre of mass is at z = -half_length / 2; metres."""
+
+    radius: float = 0.5
+    half_length: float = 0.5
+
+
+@dataclasses.dataclass(frozen=True)
+class Ellipsoid:
+    """Centred at the origin, axes along those of its frame; half the length of each axis in metres."""
+
+    semi_axes: Vector = (0.5, 0.5, 0.5)
+
+
+@dataclasses.dataclass(frozen=True)
+class ConvexHull:
+    """The smallest convex body around points: (n, 3), metres. Refused if they lie in a plane or nearly so."""
+
+    vertices: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ConvexHull) and np.array_equal(self.vertices, other.vertices)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+@dataclasses.dataclass(frozen=True)
+class TriangleMesh:
+    """A surface for static and kinematic entities, solid on the side from which its triangles are seen clockwise.
+
+    Attributes:
+        vertices: (n, 3), metres.
+        indices: (m, 3): the vertices of each triangle, counted from 0.
+    """
+
+    vertices: Any
+    indices: Any
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, TriangleMesh)
+            and np.array_equal(self.vertices, other.vertices)
+            and np.array_equal(self.indices, other.indices)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+@dataclasses.dataclass(frozen=True)
+class Heightfield:
+    """A ground for static and kinematic entities, centred at the origin, solid below.
+
+    Attributes:
+        heights: (rows, columns): z of each grid point, metres; rows along y, columns along x.
+        cell_size: Distance of neighbouring grid points, metres.
+    """
+
+    heights: Any
+    cell_size: float = 1.0
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Heightfield)
+            and self.cell_size == other.cell_size
+            and np.array_equal(self.heights, other.heights)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+@dataclasses.dataclass(frozen=True)
 class UnknownShape:
     """A shape of a newer server that this version cannot describe."""
 
     kind: str = ""
 
 
-Shape = Union[Sphere, Box, Capsule, Cylinder, Plane]
+Shape = Union[
+    Sphere, Box, Capsule, Cylinder, Plane, Cone, Ellipsoid, ConvexHull, TriangleMesh, Heightfield
+]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from types import TracebackType
 from typing import Any
 
-import numpy as np
-
 from . import _decode, _encode, model
 from ._connection import Connection
 from ._contract import wire
@@ -18,12 +16,13 @@ from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
 from .frame import RowsCache, StepResult, stamp_of, stats_of
 from .model import Entity, EntityInfo, Stamp, WorldInfo
+from .queries import Queries
 from .streams import EventStream, FrameStream, Position, Stream
 
 _PAGE_SIZE = 1000
 
 
-class World(Commands):
+class World(Commands, Queries):
     """One world. Made by `Server.create_world` and `Server.world`.
 
     A world that was created here is deleted at the end of its `with` block; one that was joined is left alone.
@@ -200,35 +199,6 @@ class World(Commands):
         self.close()
         self._owned = False
         self._connection.call("DeleteWorld", wire.DeleteWorldRequest(name=self._name), timeout)
-
-    def cast_rays(
-        self, origins: Any, translations: Any, *, collides_with_bits: int | None = None, timeout: float | None = None
-    ) -> model.RayHits:
-        """Returns the first thing that each ray hits, now.
-
-        Args:
-            origins: (n, 3) or (3,): where each ray begins, metres.
-            translations: (n, 3) or (3,): from its beginning to its end, metres.
-            collides_with_bits: The categories that stop a ray, one bit each; None is all.
-            timeout: Seconds.
-        """
-        starts, ways = np.broadcast_arrays(np.atleast_2d(origins), np.atleast_2d(translations))
-        request = wire.CastRaysRequest(
-            world=self._name,
-            origins=_encode.vector_column(starts, "origins"),
-            translations=_encode.vector_column(ways, "translations"),
-            collides_with_bits=collides_with_bits,
-        )
-        response = self._connection.call("CastRays", request, timeout)
-        ids = np.frombuffer(response.entity_ids, "<u8")
-        fractions = np.frombuffer(response.fractions, "<f8")
-        return model.RayHits(
-            hit=ids != 0,
-            entity_ids=ids,
-            fractions=fractions,
-            normals=np.frombuffer(response.normals, "<f8").reshape(-1, 3),
-            points=starts + fractions[:, np.newaxis] * ways,
-        )
 
     def events(
         self,

@@ -116,6 +116,25 @@ class World {
   /// Closest hit of each ray among geometries in these categories; a miss has a null entity and the fraction 1.
   Result<std::vector<RayHit>> CastRays(std::span<const Ray> rays, uint64_t collides_with_bits = ~uint64_t{0}) const;
 
+  /// Where each ray enters every geometry in these categories, in the order in which it meets them.
+  Result<std::vector<std::vector<RayEntry>>> CastRaysThrough(std::span<const Ray> rays,
+                                                             uint64_t collides_with_bits = ~uint64_t{0}) const;
+  /// The first geometry that a bounded convex shape meets from each of `poses` along its translation, without turning.
+  Result<std::vector<ShapeCastHit>> CastShape(const Shape& shape, std::span<const Pose> poses,
+                                              std::span<const Vector3> translations,
+                                              uint64_t collides_with_bits = ~uint64_t{0}) const;
+  /// The geometries that a bounded convex shape overlaps at each of `poses`.
+  Result<std::vector<std::vector<GeometryId>>> FindOverlaps(const Shape& shape, std::span<const Pose> poses,
+                                                            uint64_t collides_with_bits = ~uint64_t{0}) const;
+  /// The geometry nearest to a bounded convex shape at each of `poses`, up to `distance_max` (m) away.
+  Result<std::vector<ClosestPoints>> FindClosest(const Shape& shape, std::span<const Pose> poses, double distance_max,
+                                                 uint64_t collides_with_bits = ~uint64_t{0}) const;
+  /// How far each entity of `from` is from that of `to`.
+  Result<std::vector<ClosestPoints>> MeasureDistances(std::span<const EntityId> from,
+                                                      std::span<const EntityId> to) const;
+  /// What touches an entity as of the last step, with points and impulses.
+  Result<std::vector<EntityContact>> ContactsOf(EntityId id) const;
+
   /// Events from now on, or after `options.after`. Returns once the server has the subscription, so that nothing that
   /// happens afterwards is missed.
   Result<EventStream> WatchEvents(const WatchOptions& options = {}) const;
