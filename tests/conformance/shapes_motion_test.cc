@@ -103,6 +103,33 @@ TEST_P(MovingShapes, ATowerOfHullsStands) {
   }
 }
 
+TEST_P(MovingShapes, ManyPointsOnABumpyMeshCarryTheirWeight) {
+  // Ribs of two slopes each, on which a ball lies between every two: eight normals under one body of balls.
+  const auto ribs = [](double x, double y) { return 0.3 * std::abs(std::sin(x)) + 0.2 * std::abs(std::cos(y)); };
+  for (const Shape& ground : {Shape{GroundMesh(6, 48, ribs)}, Shape{Ground(49, 0.25, ribs)}}) {
+    const auto world = WorldOn(GetParam(), ground, 0.5, {0, 0, -kGravity});
+    std::vector<EntityId> ids;
+    for (int i = 0; i < 9; ++i) {
+      const Vector3 place(-2.0 + 2.0 * (i % 3), -2.0 + 2.0 * (i / 3), 1.2);
+      const Shape shape = i % 2 == 0 ? Shape{Ellipsoid{{0.8, 0.7, 0.6}}} : Shape{HullBox({0.7, 0.7, 0.3})};
+      ids.push_back(Add(*world, Body(shape, place, 2)));
+    }
+    size_t most = 0;
+    for (int i = 0; i < 240; ++i) {
+      Steps(*world, 1);
+      for (const ContactPair& pair : world->contacts().pairs) most = std::max<size_t>(most, pair.point_count);
+    }
+    EXPECT_GT(most, 4u);
+    for (const EntityId id : ids) {
+      // None has fallen through, and none has more energy than it fell for.
+      const double height = PositionOf(*world, id).z();
+      EXPECT_GT(height, 0.2);
+      EXPECT_LT(height, 1.2);
+      EXPECT_LT(VelocityOf(*world, id).squaredNorm() / 2, kGravity * (1.2 - height));
+    }
+  }
+}
+
 TEST_P(MovingShapes, AKinematicMeshCarriesWhatLiesOnIt) {
   const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -kGravity}, .ground_plane = false});
   EntityDesc lift = Body(BoxMesh({1, 1, 0.2}), {0, 0, 0});

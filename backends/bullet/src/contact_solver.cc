@@ -29,13 +29,23 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
 void ContactSolver::Begin(double warm_scale) {
   warm_scale_ = warm_scale;
   bodies_.clear();
-  pair_count_ = 0;
+  first_manifolds_.clear();
+  manifold_count_ = 0;
 }
 
 void ContactSolver::AddPair(Body* a, Body* b, std::span<const ContactPoint> points,
                             std::span<const PointImpulse> warm_impulses) {
-  if (pair_count_ == manifolds_.size()) manifolds_.emplace_back();
-  btPersistentManifold& manifold = manifolds_[pair_count_++];
+  first_manifolds_.push_back(manifold_count_);
+  for (size_t first = 0; first < points.size(); first += MANIFOLD_CACHE_SIZE) {
+    const size_t count = std::min<size_t>(points.size() - first, MANIFOLD_CACHE_SIZE);
+    AddManifold(a, b, points.subspan(first, count), warm_impulses.subspan(first, count));
+  }
+}
+
+void ContactSolver::AddManifold(Body* a, Body* b, std::span<const ContactPoint> points,
+                                std::span<const PointImpulse> warm_impulses) {
+  if (manifold_count_ == manifolds_.size()) manifolds_.emplace_back();
+  btPersistentManifold& manifold = manifolds_[manifold_count_++];
   manifold.setBodies(a != nullptr ? a->rigid.get() : &fixed_, b != nullptr ? b->rigid.get() : &fixed_);
   manifold.setContactProcessingThreshold(kContactGap);
   manifold.setNumContacts(static_cast<int>(points.size()));
@@ -55,7 +65,7 @@ void ContactSolver::Solve(double step_size) {
   info_.m_timeStep = step_size;
   manifold_pointers_.clear();
   int points = 1;
-  for (size_t i = 0; i < pair_count_; ++i) {
+  for (size_t i = 0; i < manifold_count_; ++i) {
     manifold_pointers_.push_back(&manifolds_[i]);
     points += manifolds_[i].getNumContacts();
   }
@@ -63,8 +73,8 @@ void ContactSolver::Solve(double step_size) {
   if (iterations_ == kPresetIterations) {
     info_.m_numIterations = std::max(kPresetIterations, std::min(kPointUpdates / points, kIterationsMax));
   }
-  solveGroup(bodies_.data(), static_cast<int>(bodies_.size()), manifold_pointers_.data(), static_cast<int>(pair_count_),
-             nullptr, 0, info_, nullptr, nullptr);
+  solveGroup(bodies_.data(), static_cast<int>(bodies_.size()), manifold_pointers_.data(),
+             static_cast<int>(manifold_count_), nullptr, 0, info_, nullptr, nullptr);
 }
 
 void ContactSolver::convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) {
@@ -105,9 +115,9 @@ btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, 
 }
 
 void ContactSolver::TakeImpulses(size_t index, std::span<ContactPoint> points) const {
-  const btPersistentManifold& manifold = manifolds_[index];
   for (size_t i = 0; i < points.size(); ++i) {
-    const btManifoldPoint& point = manifold.getContactPoint(static_cast<int>(i));
+    const btPersistentManifold& manifold = manifolds_[first_manifolds_[index] + i / MANIFOLD_CACHE_SIZE];
+    const btManifoldPoint& point = manifold.getContactPoint(static_cast<int>(i % MANIFOLD_CACHE_SIZE));
     points[i].normal_impulse = point.m_appliedImpulse;
     // The direction is that of the motion of a against b, and a positive impulse along it acts on a.
     points[i].friction_impulse = FromBullet(-point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1);

@@ -42,6 +42,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
  private:
+  // Bullet's manifolds hold four points, and a pair with a mesh may have more.
+  void AddManifold(Body* a, Body* b, std::span<const ContactPoint> points, std::span<const PointImpulse> warm_impulses);
   // Adds to Bullet's that friction also starts from what it was.
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
   // Replaces Bullet's, which would also move the bodies, in its own way.
@@ -53,10 +55,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   double warm_scale_ = 1;
   btRigidBody fixed_;
   std::vector<btCollisionObject*> bodies_;
-  // Kept from step to step for their memory; the first pair_count_ are in use.
+  std::vector<size_t> first_manifolds_;  // by pair
+  // Kept from step to step for their memory; the first manifold_count_ are in use.
   std::vector<btPersistentManifold> manifolds_;
   std::vector<btPersistentManifold*> manifold_pointers_;
-  size_t pair_count_ = 0;
+  size_t manifold_count_ = 0;
 };
 
 }  // namespace genphys::bullet_backend
