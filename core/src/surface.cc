@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cat.h"
+#include "genphys/convex_hull.h"
 #include "genphys/limits.h"
 #include "validate.h"
 
@@ -207,6 +208,27 @@ void MakeLevels(HeightfieldData& field) {
 }
 
 }  // namespace
+
+size_t DataBytesOf(const Shape& shape) {
+  if (const auto* hull = std::get_if<ConvexHull>(&shape); hull != nullptr && hull->data != nullptr) {
+    const HullData& data = *hull->data;
+    const size_t numbers =
+        data.face_corners.size() + 2 * data.vertices.size() + data.neighbors.size() + data.vertex_faces.size();
+    return (data.points.size() + data.vertices.size()) * sizeof(Vector3) + data.faces.size() * sizeof(HullData::Face) +
+           numbers * sizeof(uint32_t);
+  }
+  if (const auto* mesh = std::get_if<TriangleMesh>(&shape); mesh != nullptr && mesh->data != nullptr) {
+    const MeshData& data = *mesh->data;
+    const size_t numbers = data.indices.size() + data.neighbor_first.size() + data.neighbors.size();
+    return data.vertices.size() * sizeof(Vector3) + data.nodes.size() * sizeof(MeshData::Node) +
+           data.triangles.size() * sizeof(MeshData::Triangle) + numbers * sizeof(uint32_t);
+  }
+  if (const auto* field = std::get_if<Heightfield>(&shape); field != nullptr && field->data != nullptr) {
+    // Each level has a quarter of the blocks of the one before.
+    return field->data->heights.size() * (sizeof(double) + 2 * sizeof(HeightfieldData::Range));
+  }
+  return 0;
+}
 
 bool TriangleMesh::operator==(const TriangleMesh& o) const {
   if (data == o.data || data == nullptr || o.data == nullptr) return data == o.data;

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "genphys/hosting/event_log.h"
+#include "genphys/surface.h"
 #include "genphys/v1/simulation_service.pb.h"
+#include "support/shapes.h"
 
 namespace genphys {
 namespace {
@@ -158,6 +160,17 @@ TEST(EventLog, IsBoundedInBytesToo) {
   feed.AddMany(3);
 
   ExpectGap(Reader(feed, From(kEpoch, 0)).Next(), 1, 1);
+}
+
+TEST(EventLog, CountsTheMeshesThatItsEventsKeep) {
+  EntityDesc ground;
+  ground.rigid_body =
+      RigidBody{.motion_type = MotionType::kStatic, .geometries = {Geometry{.shape = testing::GroundMesh(1, 50)}}};
+  const size_t mesh = DataBytesOf(ground.rigid_body->geometries[0].shape);
+  Feed feed({.events = 1000, .bytes = 2 * mesh});
+  for (int i = 0; i < 3; ++i) feed.Add({EntityCreated{kCrate, std::make_shared<const EntityDesc>(ground)}});
+
+  ExpectGap(Reader(feed, From(kEpoch, 0)).Next(), 1, 2);
 }
 
 TEST(EventLog, TellsWhoTouchesAfterAGap) {

@@ -60,6 +60,19 @@ TEST(Heightfield, RefusesWhatIsNone) {
   EXPECT_EQ(WhyNot(MakeHeightfield(2, 3, 1, {0, 0, 0, 0, INFINITY, 0})), "NOT_FINITE heights[4]");
 }
 
+TEST(Surfaces, TellWhatTheyTake) {
+  EXPECT_EQ(DataBytesOf(Sphere{}), 0u);
+  EXPECT_EQ(DataBytesOf(TriangleMesh{}), 0u);
+  // At least what was asked for, and not ten times as much.
+  const auto expect_about = [](const Shape& shape, size_t asked_for) {
+    EXPECT_GT(DataBytesOf(shape), asked_for);
+    EXPECT_LT(DataBytesOf(shape), 10 * asked_for);
+  };
+  expect_about(HullBox({1, 1, 1}), 8 * sizeof(Vector3));
+  expect_about(GroundMesh(1, 20), 21 * 21 * sizeof(Vector3) + 2400 * sizeof(uint32_t));
+  expect_about(Ground(30, 1), 900 * sizeof(double));
+}
+
 TEST(Surfaces, AreEqualByContent) {
   EXPECT_EQ(BoxMesh({1, 2, 3}), BoxMesh({1, 2, 3}));
   EXPECT_NE(BoxMesh({1, 2, 3}), BoxMesh({1, 2, 4}));

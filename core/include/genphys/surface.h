@@ -64,4 +64,7 @@ struct HeightfieldData {
 /// are not rows * columns in number.
 Result<Heightfield> MakeHeightfield(uint32_t rows, uint32_t columns, double cell_size, std::vector<double> heights);
 
+/// About how many bytes the data of a hull, mesh or heightfield takes, which its copies share; none for other shapes.
+size_t DataBytesOf(const Shape& shape);
+
 }  // namespace genphys

@@ -1,6 +1,7 @@
 #include <variant>
 
 #include "genphys/hosting/event_log.h"
+#include "genphys/surface.h"
 #include "genphys/wire/encode.h"
 #include "genphys/wire/wire_format.h"
 
@@ -9,7 +10,11 @@ namespace {
 
 size_t RoughSize(const EntityDesc& entity) {
   size_t bytes = sizeof(EntityDesc) + entity.display_name.size();
-  if (entity.rigid_body) bytes += entity.rigid_body->geometries.size() * sizeof(Geometry);
+  if (entity.rigid_body) {
+    for (const Geometry& geometry : entity.rigid_body->geometries) {
+      bytes += sizeof(Geometry) + DataBytesOf(geometry.shape);
+    }
+  }
   if (entity.visual) bytes += entity.visual->uri.size() + entity.visual->media_type.size() + entity.visual->data.size();
   return bytes;
 }
