@@ -15,7 +15,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kAdvancesMax = 64;
 // Of the smaller size: a gap that is no more.
 constexpr double kArrived = 1e-10;
-// m: two planes whose normals are opposite up to rounding are parallel.
+// Length of the sum of the normals of two planes that face each other, up to rounding.
 constexpr double kParallel = 1e-9;
 
 Proximity Turned(Proximity p) {

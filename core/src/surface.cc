@@ -66,11 +66,19 @@ void FindNeighbors(MeshData& mesh) {
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   edges.reserve(6 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
-    for (size_t k = 0; k < 3; ++k) {
-      edges.push_back({t[k], t[(k + 1) % 3]});
-      edges.push_back({t[(k + 1) % 3], t[k]});
-    }
+    for (size_t k = 0; k < 3; ++k) edges.push_back({t[k], t[(k + 1) % 3]});
   }
+  std::sort(edges.begin(), edges.end());
+  mesh.is_at_rim.assign(mesh.vertices.size(), 0);
+  const size_t directed = edges.size();
+  for (size_t i = 0; i < directed; ++i) {
+    const auto [from, to] = edges[i];
+    // Each edge is walked once in either direction, or the surface does not go on behind it.
+    const auto back =
+        std::equal_range(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(directed), std::pair(to, from));
+    if (back.second - back.first != 1) mesh.is_at_rim[from] = mesh.is_at_rim[to] = 1;
+  }
+  for (size_t i = 0; i < directed; ++i) edges.push_back({edges[i].second, edges[i].first});
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   mesh.neighbor_first.assign(mesh.vertices.size() + 1, 0);

@@ -38,7 +38,7 @@ class Meeting {
     const bool is_behind = solid_.Reach(up) < level;
     if (is_behind && !is_solid_below_) return;
     const Solid flat(triangle);
-    if (is_behind) return Add(flat, up, std::nullopt);
+    if (is_behind || PushesUpwardsOnly(triangle, up, level)) return Add(flat, up, std::nullopt);
     if (const auto apart = SeparationApart(flat, solid_)) {
       MeetApart(triangle, flat, up, *apart);
     } else {
@@ -91,6 +91,21 @@ class Meeting {
       });
     }
     return is_highest;
+  }
+
+  // Of a triangle that all around lies flat or in a hollow there is nothing to search. What overlaps it deeply is
+  // looked at more closely, for it may rather meet a triangle beside it.
+  bool PushesUpwardsOnly(const SurfaceTriangle& triangle, const Vector3& up, double level) const {
+    if (level + solid_.Reach(-up) > kDeep * solid_.size()) return false;
+    bool is_lowest = true;
+    for (size_t i = 0; i < 3 && is_lowest; ++i) {
+      is_lowest = !IsAtRim(surface_, triangle.numbers[i]);
+      VisitNeighbors(surface_, triangle.numbers[i], [&](const Vector3& neighbor) {
+        const Vector3 edge = neighbor - place_ - triangle.corners[i];
+        is_lowest &= up.dot(edge) >= -kLevel * edge.norm();
+      });
+    }
+    return is_lowest;
   }
 
   // `closest`: where they meet if no faces do.

@@ -81,6 +81,13 @@ void VisitNeighbors(const HeightfieldData& field, uint32_t number, Visit&& visit
   }
 }
 
+/// Whether the surface ends at vertex `number`.
+inline bool IsAtRim(const MeshData& mesh, uint32_t number) { return mesh.is_at_rim[number] != 0; }
+inline bool IsAtRim(const HeightfieldData& field, uint32_t number) {
+  const uint32_t row = number / field.columns, column = number % field.columns;
+  return row == 0 || column == 0 || row + 1 == field.rows || column + 1 == field.columns;
+}
+
 /// The bounds of the whole surface.
 inline Bounds BoundsOf(const MeshData& mesh) { return mesh.nodes.front().bounds; }
 inline Bounds BoundsOf(const HeightfieldData& field) { return BoundsOf(field, {field.levels.size() - 1, 0, 0}); }

@@ -160,6 +160,21 @@ TEST_P(MovingShapes, MeshesAndHeightfieldsDoNotMoveByForces) {
   }
 }
 
+TEST_P(MovingShapes, AMeshThatIsThereIsNotMadeDynamic) {
+  const auto world = MakeWorld();
+  EntityDesc desc = Body(GroundMesh(1, 1), {0, 0, 5});
+  desc.rigid_body->motion_type = MotionType::kStatic;
+  desc.rigid_body->inertia.tensor = Matrix3::Identity();
+  UpdateEntity update{.id = Add(*world, desc), .entity = desc};
+  update.entity.rigid_body->motion_type = MotionType::kDynamic;
+  update.fields.Add(EntityField::kMotionType);
+  const Command command = update;
+  const Status status = world->Apply({&command, 1}).status();
+  EXPECT_EQ(RefusalOf(status).value_or(Refusal{}).reason, Reason::kUnsupportedFeature) << status;
+  update.entity.rigid_body->motion_type = MotionType::kKinematic;
+  Do(*world, update);
+}
+
 TEST_P(MovingShapes, AreSeenByRaysWhereTheyAre) {
   const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false});
   const Vector3 half(0.3, 0.4, 0.5);

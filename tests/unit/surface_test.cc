@@ -46,8 +46,8 @@ TEST(TriangleMesh, OfAMillionTrianglesIsMadeInSeconds) {
   const TriangleMesh mesh = GroundMesh(100, 707, [](double x, double y) { return std::sin(x) * std::cos(y); });
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   EXPECT_EQ(mesh.data->triangles.size(), 2u * 707 * 707);
-  // It takes about one second; ten leave room for a sanitizer and a busy machine.
-  EXPECT_LT(spent.count(), 10);
+  // It takes one or two seconds; twenty leave room for a sanitizer and a busy machine.
+  EXPECT_LT(spent.count(), 20);
   RecordProperty("seconds", std::to_string(spent.count()));
 }
 

@@ -29,7 +29,8 @@ struct MeshData {
   // Vertices that share an edge with vertex v: entries neighbor_first[v] to neighbor_first[v + 1].
   std::vector<uint32_t> neighbor_first;
   std::vector<uint32_t> neighbors;
-  uint64_t hash = 0;  // of vertices and indices
+  std::vector<uint8_t> is_at_rim;  // by vertex: on an edge beyond which no triangle of the same side goes on
+  uint64_t hash = 0;               // of vertices and indices
 };
 
 /// A mesh of `vertices` (m) and three numbers of them per triangle. Triangles without area and repeated ones are left
