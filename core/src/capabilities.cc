@@ -32,7 +32,11 @@ std::string_view NameOf(Feature feature) {
                                                                                              "shape_ellipsoid",
                                                                                              "dynamic_triangle_mesh",
                                                                                              "dynamic_heightfield",
-                                                                                             "shape_queries"};
+                                                                                             "shape_queries",
+                                                                                             "joint_wheel",
+                                                                                             "joint_six_dof",
+                                                                                             "joint_distance",
+                                                                                             "joint_gear"};
   return kNames[static_cast<size_t>(feature)];
 }
 
@@ -50,6 +54,21 @@ Feature FeatureOf(const Shape& shape) {
     Feature operator()(const Heightfield&) const { return Feature::kShapeHeightfield; }
   };
   return std::visit(Visitor{}, shape);
+}
+
+Feature FeatureOf(const JointKind& kind) {
+  struct Visitor {
+    Feature operator()(const BallJoint&) const { return Feature::kJointBall; }
+    Feature operator()(const HingeJoint&) const { return Feature::kJointHinge; }
+    Feature operator()(const SliderJoint&) const { return Feature::kJointSlider; }
+    Feature operator()(const UniversalJoint&) const { return Feature::kJointUniversal; }
+    Feature operator()(const FixedJoint&) const { return Feature::kJointFixed; }
+    Feature operator()(const WheelJoint&) const { return Feature::kJointWheel; }
+    Feature operator()(const SixDofJoint&) const { return Feature::kJointSixDof; }
+    Feature operator()(const DistanceJoint&) const { return Feature::kJointDistance; }
+    Feature operator()(const GearJoint&) const { return Feature::kJointGear; }
+  };
+  return std::visit(Visitor{}, kind);
 }
 
 Capabilities::Capabilities(std::string engine, std::string version, std::initializer_list<Feature> features)

@@ -14,8 +14,9 @@ namespace {
 
 // By index of the Command alternative, as the wire spells them.
 constexpr std::array<std::string_view, std::variant_size_v<Command>> kCommandNames{
-    "create_entity", "update_entity", "delete_entity", "apply_force", "apply_impulse", "set_velocity",
-    "set_pose",      "set_gravity",   "set_stepper",   "set_engine",  "apply_forces"};
+    "create_entity", "update_entity", "delete_entity", "apply_force",  "apply_impulse",
+    "set_velocity",  "set_pose",      "set_gravity",   "set_stepper",  "set_engine",
+    "apply_forces",  "create_joint",  "update_joint",  "delete_joint", "set_motors"};
 
 constexpr uint32_t kBodyParts =
     static_cast<uint32_t>(EntityField::kMotionType) | static_cast<uint32_t>(EntityField::kGeometries) |
@@ -57,6 +58,7 @@ WorldDesc CommandValidator::WorldSettings(const World& world) { return world.sce
 
 Status CommandValidator::Check(std::span<const Command> commands) {
   for (size_t i = 0; i < commands.size(); ++i) {
+    made_.emplace_back();
     const Status status = std::visit([this](const auto& command) { return (*this)(command); }, commands[i]);
     if (!status.ok()) {
       return WithFieldPrefix(status, Cat("commands[", i, "].", kCommandNames[commands[i].index()]));
@@ -101,7 +103,9 @@ Status CommandValidator::operator()(const CreateEntity& command) {
   if (world_.entity_count() + ++created_ > Limits::kEntitiesMax) {
     return Refuse(Reason::kLimitExceeded, "entity", Cat("a world holds ", Limits::kEntitiesMax, " entities"));
   }
-  return Prepare(command.entity, "entity", prepared_.emplace_back());
+  GENPHYS_RETURN_IF_ERROR(Prepare(command.entity, "entity", prepared_.emplace_back()));
+  made_.back() = prepared_.back().desc;
+  return absl::OkStatus();
 }
 
 Status CommandValidator::operator()(const UpdateEntity& command) {
@@ -176,7 +180,7 @@ Status CommandValidator::operator()(const SetEngine& command) {
   for (const std::optional<SceneEntity>& entity : world_.scene().entities) {
     if (entity && !changed_.contains(entity->id)) GENPHYS_RETURN_IF_ERROR(check(*entity->desc));
   }
-  return absl::OkStatus();
+  return CheckJointFeatures(backend->capabilities());
 }
 
 Status CommandValidator::CheckEngine(const std::string& name) const {

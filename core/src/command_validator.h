@@ -1,6 +1,7 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,19 +47,35 @@ class CommandValidator {
   Status operator()(const SetStepper& command);
   Status operator()(const SetEngine& command);
   Status operator()(const ApplyForceColumns& command);
+  Status operator()(const CreateJoint& command);
+  Status operator()(const UpdateJoint& command);
+  Status operator()(const DeleteJoint& command);
+  Status operator()(const SetMotorColumns& command);
 
   /// The entity as the batch leaves it so far, or why `id` names none.
   Result<const EntityDesc*> Find(EntityId id, std::string_view field) const;
   Status CheckDynamic(EntityId id, std::string_view field) const;
   Status Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const;
   Status CheckEngine(const std::string& name) const;
+  /// The joint as the batch leaves it so far, or why `id` names none.
+  Result<JointDesc> Find(JointId id, std::string_view field) const;
+  Result<const EntityDesc*> Find(const EntityRef& entity, std::string_view field) const;
+  Status CheckEnds(const JointDesc& joint) const;
+  Status CheckFeature(const JointKind& kind) const;
+  Status CheckMotor(JointId id, double velocity, const double* position) const;
+  Status CheckJointFeatures(const Capabilities& capabilities) const;
 
   const World& world_;
   WorldDesc settings_;
   // What the batch has changed: null once deleted.
   std::map<EntityId, std::shared_ptr<const EntityDesc>> changed_;
+  std::map<JointId, std::optional<JointDesc>> changed_joints_;
   uint32_t created_ = 0;
+  uint32_t created_joints_ = 0;
   std::vector<PreparedEntity> prepared_;
+  std::vector<JointKind> kinds_;  // that the batch creates or changes to
+  // By place in the batch: what a CreateEntity there makes.
+  std::vector<std::shared_ptr<const EntityDesc>> made_;
 };
 
 /// `current` with the named fields of `update`.

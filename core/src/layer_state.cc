@@ -8,19 +8,18 @@
 
 namespace genphys {
 
-EntityId IdAllocator::Allocate() {
+uint32_t IdAllocator::AllocateSlot() {
   if (free_slots.empty()) {
     generations.push_back(0);
-    return EntityId(static_cast<uint32_t>(generations.size()) - 1, 0);
+    return static_cast<uint32_t>(generations.size()) - 1;
   }
   std::pop_heap(free_slots.begin(), free_slots.end(), std::greater<>());
   const uint32_t slot = free_slots.back();
   free_slots.pop_back();
-  return EntityId(slot, generations[slot]);
+  return slot;
 }
 
-void IdAllocator::Free(EntityId id) {
-  const uint32_t slot = id.index();
+void IdAllocator::FreeSlot(uint32_t slot) {
   // The last generation is never handed out, so that a stale id stays tellable from one of the future.
   if (++generations[slot] == std::numeric_limits<uint32_t>::max()) return;
   free_slots.push_back(slot);
@@ -53,18 +52,30 @@ void Put(ByteWriter& out, const PendingForce& value) {
   out.Put(steps_left);
 }
 
+void Put(ByteWriter& out, const IdAllocator& ids) {
+  out.PutColumn(ids.generations);
+  out.PutColumn(ids.free_slots);
+}
+
+void Put(ByteWriter& out, const JointState& value) {
+  const auto& [positions, rates, force, torque] = value;
+  for (double position : positions) out.Put(position);
+  for (double rate : rates) out.Put(rate);
+  out.Put(force);
+  out.Put(torque);
+}
+
 }  // namespace
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
-  const auto& [step, simulation_time, next_event_sequence, ids, rest_times, moving, faulted, touching, forces] = state;
-  const auto& [generations, free_slots] = ids;
+  const auto& [step, simulation_time, next_event_sequence, ids, rest_times, moving, faulted, touching, forces,
+               joint_ids, joints] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
   out.Put(next_event_sequence);
-  out.PutColumn(generations);
-  out.PutColumn(free_slots);
+  Put(out, ids);
   out.PutColumn(rest_times);
   out.PutColumn(moving);
   out.PutColumn(faulted);
@@ -72,6 +83,9 @@ void Serialize(const LayerState& state, std::string& bytes) {
   for (const TouchingPair& pair : touching) Put(out, pair);
   out.Put(uint64_t{forces.size()});
   for (const PendingForce& force : forces) Put(out, force);
+  Put(out, joint_ids);
+  out.Put(uint64_t{joints.size()});
+  for (const JointState& joint : joints) Put(out, joint);
 }
 
 }  // namespace genphys

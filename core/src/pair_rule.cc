@@ -1,8 +1,17 @@
 #include "genphys/pair_rule.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace genphys {
+namespace {
+
+uint64_t KeyOf(EntityRow a, EntityRow b) {
+  const uint64_t low = std::min(Index(a), Index(b)), high = std::max(Index(a), Index(b));
+  return high << 32 | low;
+}
+
+}  // namespace
 
 PairRule::Verdict PairRule::Decide(GeometryRow row_a, GeometryRow row_b) const {
   const GeometryInfo& a = infos_[Index(row_a)];
@@ -12,6 +21,7 @@ PairRule::Verdict PairRule::Decide(GeometryRow row_a, GeometryRow row_b) const {
     return Verdict::kIgnore;
   }
   if (a.space != 0 && a.space == b.space) return Verdict::kIgnore;
+  if (!disregarded_.empty() && disregarded_.contains(KeyOf(a.entity, b.entity))) return Verdict::kIgnore;
   if (a.is_sensor || b.is_sensor) {
     // A sensor tells of visitors; two sensors would only tell of each other, and two static ones never change.
     const bool useful = a.is_sensor != b.is_sensor && !(a.is_static && b.is_static);
@@ -67,6 +77,13 @@ void PairRule::Remove(std::span<const GeometryRow> rows) {
     infos_[Index(row)] = GeometryInfo{};
     free_.push_back(row);
   }
+}
+
+void PairRule::Disregard(EntityRow a, EntityRow b) { ++disregarded_[KeyOf(a, b)]; }
+
+void PairRule::Regard(EntityRow a, EntityRow b) {
+  const auto found = disregarded_.find(KeyOf(a, b));
+  if (--found->second == 0) disregarded_.erase(found);
 }
 
 uint32_t PairRule::SpaceRoot(const std::string& collision_space) {

@@ -41,6 +41,27 @@ bool RestedEnough(const Scene& scene, const LayerState& layer, uint32_t row) {
   return *policy.enabled && layer.rest_times[row] >= *policy.rest_time;
 }
 
+bool IsHeld(const SceneJoint& joint, const LayerState& layer) {
+  const auto is_gone = [&](const EntityRef& entity) { return !entity.is_world() && layer.faulted[entity.id.index()]; };
+  return !is_gone(joint.desc.entity_a) && !is_gone(joint.desc.entity_b);
+}
+
+// Whom the joint makes restless: whoever hangs on something that moves, or is driven.
+void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<uint8_t>& active, Islands& islands,
+                std::vector<uint8_t>& restless) {
+  const JointDesc& desc = joint.desc;
+  const bool is_driven = IsDriven(desc.kind);
+  const auto is_dynamic = [&](const EntityRef& e) { return !e.is_world() && IsDynamic(scene, e.id.index()); };
+  const bool dynamic_a = is_dynamic(desc.entity_a), dynamic_b = is_dynamic(desc.entity_b);
+  if (dynamic_a && dynamic_b) islands.Join(desc.entity_a.id.index(), desc.entity_b.id.index());
+  const auto disturb = [&](const EntityRef& entity, const EntityRef& other) {
+    const bool is_carried = !other.is_world() && !IsDynamic(scene, other.id.index()) && active[other.id.index()];
+    if (is_driven || is_carried) restless[entity.id.index()] = true;
+  };
+  if (dynamic_a) disturb(desc.entity_a, desc.entity_b);
+  if (dynamic_b) disturb(desc.entity_b, desc.entity_a);
+}
+
 }  // namespace
 
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
@@ -66,6 +87,9 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
     } else if (active[dynamic_a ? b : a]) {
       restless[dynamic_a ? a : b] = true;  // it lies on something that moves
     }
+  }
+  for (const std::optional<SceneJoint>& joint : scene.joints) {
+    if (joint && IsHeld(*joint, layer)) VisitJoint(scene, *joint, active, islands, restless);
   }
   for (EntityRow row : rows) {
     if (restless[Index(row)]) restless[islands.Find(Index(row))] = true;
@@ -104,6 +128,11 @@ std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& sta
   for (const TouchingPair& touching : layer.touching) {
     const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
     if (!touching.is_sensor && sleeps(a) && sleeps(b)) islands.Join(a, b);
+  }
+  for (const std::optional<SceneJoint>& joint : scene.joints) {
+    if (!joint || joint->desc.entity_a.is_world() || joint->desc.entity_b.is_world()) continue;
+    const uint32_t a = joint->desc.entity_a.id.index(), b = joint->desc.entity_b.id.index();
+    if (sleeps(a) && sleeps(b)) islands.Join(a, b);
   }
   std::vector<EntityRow> island;
   const uint32_t root = islands.Find(Index(row));

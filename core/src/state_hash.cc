@@ -138,14 +138,87 @@ void Put(ByteWriter& out, const StepperDesc& stepper) {
 }
 
 void Put(ByteWriter& out, const EventKinds& kinds) {
-  const auto& [contacts, persisting, points, sensors, sleeping, moving, changes] = kinds;
-  for (bool kind : {contacts, persisting, points, sensors, sleeping, moving, changes}) out.Put(kind);
+  const auto& [contacts, persisting, points, sensors, sleeping, moving, joints, changes] = kinds;
+  for (bool kind : {contacts, persisting, points, sensors, sleeping, moving, joints, changes}) out.Put(kind);
+}
+
+void Put(ByteWriter& out, const JointAxis& axis) {
+  const auto& [limits, motor, spring] = axis;
+  const auto& [lower, upper] = limits;
+  out.Put(lower);
+  out.Put(upper);
+  out.Put(motor.has_value());
+  if (motor) {
+    const auto& [target_velocity, target_position, stiffness, damping, force_max] = *motor;
+    out.Put(target_velocity);
+    out.Put(target_position);
+    out.Put(stiffness);
+    out.Put(damping);
+    out.Put(force_max);
+  }
+  out.Put(spring.has_value());
+  if (spring) {
+    const auto& [stiffness, damping, rest] = *spring;
+    out.Put(stiffness);
+    out.Put(damping);
+    out.Put(rest);
+  }
+}
+
+void Put(ByteWriter& out, const std::optional<JointAxis>& axis) {
+  out.Put(axis.has_value());
+  if (axis) Put(out, *axis);
+}
+
+struct JointWriter {
+  ByteWriter& out;
+
+  void operator()(const BallJoint& joint) const {
+    const auto& [swing_max, twist] = joint;
+    out.Put(swing_max);
+    out.Put(twist.lower);
+    out.Put(twist.upper);
+  }
+  void operator()(const HingeJoint& joint) const { Put(out, joint.axis); }
+  void operator()(const SliderJoint& joint) const { Put(out, joint.axis); }
+  void operator()(const UniversalJoint& joint) const {
+    const auto& [about_x, about_y] = joint;
+    Put(out, about_x);
+    Put(out, about_y);
+  }
+  void operator()(const FixedJoint&) const {}
+  void operator()(const WheelJoint& joint) const {
+    const auto& [suspension, steering, spin] = joint;
+    Put(out, suspension);
+    Put(out, steering);
+    Put(out, spin);
+  }
+  void operator()(const SixDofJoint& joint) const {
+    const auto& [along, about] = joint;
+    for (const auto& axis : along) Put(out, axis);
+    for (const auto& axis : about) Put(out, axis);
+  }
+  void operator()(const DistanceJoint& joint) const { Put(out, joint.axis); }
+  void operator()(const GearJoint& joint) const { out.Put(joint.ratio); }
+};
+
+void Put(ByteWriter& out, const JointDesc& desc) {
+  const auto& [entity_a, entity_b, frame_in_a, frame_in_b, kind, collide_connected, break_force, break_torque] = desc;
+  out.Put(entity_a.id.packed());
+  out.Put(entity_b.id.packed());
+  Put(out, *frame_in_a);
+  Put(out, *frame_in_b);
+  out.Put(uint8_t(kind.index()));
+  std::visit(JointWriter{out}, kind);
+  out.Put(collide_connected);
+  out.Put(break_force);
+  out.Put(break_torque);
 }
 
 }  // namespace
 
 void Serialize(const Scene& scene, std::string& bytes) {
-  const auto& [world, entities] = scene;
+  const auto& [world, entities, joints] = scene;
   const auto& [engine, gravity, stepper, material, auto_disable, ground_plane, recorded, required] = world;
   ByteWriter out(bytes);
   out.Put(std::string_view(engine));
@@ -162,6 +235,13 @@ void Serialize(const Scene& scene, std::string& bytes) {
     if (!entity) continue;
     out.Put(entity->id.packed());
     Put(out, *entity->desc);  // mass properties follow from it
+  }
+  out.Put(uint64_t{joints.size()});
+  for (const std::optional<SceneJoint>& joint : joints) {
+    out.Put(joint.has_value());
+    if (!joint) continue;
+    out.Put(joint->id.packed());
+    Put(out, joint->desc);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "genphys/world.h"
+#include "joint_step.h"
 #include "restitution.h"
 #include "touching.h"
 
@@ -45,6 +46,8 @@ class StepRun {
   void CollectRows();
   void CollideAndWake();
   bool WakeTouched();
+  void WakeCarried(std::vector<EntityRow>& carried) const;
+  void FinishJoints();
   void Substep(double h);
   void KickRow(Mover& mover, double h);
   void GatherForces();
@@ -80,6 +83,8 @@ class StepRun {
   std::vector<uint8_t> tested_;            // rows that were active in some Collide() of this step
   std::vector<double> approach_;           // per contact point, m/s, as given to the engine
   StepTouches touches_;
+  JointStep joints_;
+  std::vector<JointBroke> broken_;
   std::vector<EntityId> faulted_;
   std::chrono::steady_clock::time_point mark_;
 };

@@ -6,6 +6,7 @@
 #include "cat.h"
 #include "genphys/limits.h"
 #include "initial_world.h"
+#include "joint_step.h"
 #include "sleeping.h"
 #include "state_hash.h"
 #include "validate.h"
@@ -55,7 +56,7 @@ Result<std::unique_ptr<World>> World::Create(const BackendRegistry& registry, co
   const bool ground_plane = desc.ground_plane.value_or(can_have_ground);
   world->scene_.world.ground_plane = ground_plane;
   if (ground_plane) start.push_back(CreateEntity{GroundPlane()});
-  const Result<std::vector<EntityId>> applied = world->Apply(start);
+  const Result<std::vector<CreatedId>> applied = world->Apply(start);
   if (!applied.ok()) return AboutWorld(applied.status());
   return world;
 }
@@ -122,12 +123,19 @@ void World::Reset() {
       std::count_if(scene_.entities.begin(), scene_.entities.end(), [](const auto& e) { return e.has_value(); }));
   solved_.Clear();
   rule_ = PairRule();
+  joint_count_ = static_cast<uint32_t>(
+      std::count_if(scene_.joints.begin(), scene_.joints.end(), [](const auto& joint) { return joint.has_value(); }));
   geometry_rows_.assign(scene_.entities.size(), {});
   for (uint32_t row = 0; row < scene_.entities.size(); ++row) {
     const std::optional<SceneEntity>& entity = scene_.entities[row];
     if (entity && entity->desc->rigid_body) {
       geometry_rows_[row] = rule_.Add(EntityRow{row}, entity->id, *entity->desc->rigid_body);
     }
+  }
+  for (const std::optional<SceneJoint>& joint : scene_.joints) {
+    if (!joint || joint->desc.collide_connected) continue;
+    const auto& [a, b] = std::pair(joint->desc.entity_a, joint->desc.entity_b);
+    if (!a.is_world() && !b.is_world()) rule_.Disregard(RowOf(a), RowOf(b));
   }
   RebuildEngine();
 }
@@ -199,6 +207,12 @@ void World::WakeNeighboursOf(EntityRow row) {
     const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
     if (a == Index(row)) neighbours.push_back(EntityRow{b});
     if (b == Index(row)) neighbours.push_back(EntityRow{a});
+  }
+  for (const std::optional<SceneJoint>& joint : scene_.joints) {
+    if (!joint) continue;
+    const EntityRow a = RowOf(joint->desc.entity_a), b = RowOf(joint->desc.entity_b);
+    if (a == row && b != kWorldRow) neighbours.push_back(b);
+    if (b == row && a != kWorldRow) neighbours.push_back(a);
   }
   for (EntityRow neighbour : neighbours) WakeIslandOf(neighbour);
 }

@@ -26,13 +26,16 @@ bool IsDynamic(const EntityDesc& desc) {
 
 }  // namespace
 
-Result<std::vector<EntityId>> World::Apply(std::span<const Command> commands) {
+Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   if (faulted_) return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read and reset");
   CommandValidator validator(*this);
   GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
-  std::vector<EntityId> created(commands.size());
+  std::vector<CreatedId> created(commands.size());
   try {
     auto prepared = validator.prepared().begin();
+    const auto resolve = [&](EntityRef& entity) {
+      if (entity.created_by_command) entity = {created[*entity.created_by_command], {}};
+    };
     for (size_t i = 0; i < commands.size(); ++i) {
       if (std::holds_alternative<CreateEntity>(commands[i])) {
         created[i] = Create(std::move(prepared->desc), prepared->mass);
@@ -40,6 +43,11 @@ Result<std::vector<EntityId>> World::Apply(std::span<const Command> commands) {
       } else if (const UpdateEntity* update = std::get_if<UpdateEntity>(&commands[i])) {
         Update(*update, std::move(prepared->desc), prepared->mass);
         ++prepared;
+      } else if (const CreateJoint* join = std::get_if<CreateJoint>(&commands[i])) {
+        JointDesc joint = join->joint;
+        resolve(joint.entity_a);
+        resolve(joint.entity_b);
+        created[i] = Join(std::move(joint));
       } else {
         ApplyOne(commands[i]);
       }
@@ -62,6 +70,12 @@ void World::ApplyOne(const Command& command) {
     SetVelocityNow(*velocity);
   } else if (const auto* pose = std::get_if<SetPose>(&command)) {
     SetPoseNow(*pose);
+  } else if (const auto* rejoin = std::get_if<UpdateJoint>(&command)) {
+    Rejoin(*rejoin);
+  } else if (const auto* unjoin = std::get_if<DeleteJoint>(&command)) {
+    Unjoin(unjoin->id);
+  } else if (const auto* motors = std::get_if<SetMotorColumns>(&command)) {
+    Drive(*motors);
   } else if (const auto* gravity = std::get_if<SetGravity>(&command)) {
     scene_.world.gravity = gravity->gravity;
     WakeAll();
@@ -82,7 +96,7 @@ void World::ApplyOne(const Command& command) {
 }
 
 EntityId World::Create(std::shared_ptr<const EntityDesc> desc, const MassProperties& mass) {
-  const EntityId id = layer_.ids.Allocate();
+  const EntityId id = layer_.ids.Allocate<EntityTag>();
   const uint32_t slot = id.index();
   if (slot >= scene_.entities.size()) Grow();
   const EntityRow row{slot};
@@ -187,6 +201,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
 
 void World::Delete(EntityId id) {
   const EntityRow row{id.index()};
+  UnjoinAllOf(id);
   DetachBody(row);
   scene_.entities[id.index()].reset();
   state_.ids[id.index()] = EntityId();

@@ -40,7 +40,8 @@ StepRun::StepRun(World& world, double step_size)
     : world_(world),
       step_size_(step_size),
       state_(world.state_),
-      touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching) {}
+      touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
+      joints_(world.scene_, world.state_, world.active_, world.layer_) {}
 
 Status StepRun::Run() {
   if (world_.record_stats_) {
@@ -55,6 +56,7 @@ Status StepRun::Run() {
         Advance();
       } catch (const EngineFault& fault) {
         Restore();
+        joints_.Restore();
         return world_.Diverged(fault.what());
       }
     }
@@ -121,7 +123,12 @@ void StepRun::Advance() {
   const uint32_t substeps = world_.backend_->Resolve(world_.scene_.world.stepper).substeps;
   for (uint32_t i = 0; i < substeps; ++i) Substep(step_size_ / substeps);
   FinishNetForces();
+  FinishJoints();
   CountForcesDown();
+}
+
+void StepRun::FinishJoints() {
+  for (JointId id : joints_.Finish(step_size_)) broken_.push_back(world_.Break(id));
 }
 
 void StepRun::CollideAndWake() {
@@ -158,8 +165,21 @@ bool StepRun::WakeTouched() {
       if (touching) touched.push_back(row);
     }
   }
+  WakeCarried(touched);
   for (EntityRow row : touched) world_.WakeIslandOf(row);
   return !touched.empty();
+}
+
+// Whoever sleeps on a joint to what now moves by itself.
+void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
+  for (const std::optional<SceneJoint>& joint : world_.scene_.joints) {
+    if (!joint) continue;
+    const EntityRow a = RowOf(joint->desc.entity_a), b = RowOf(joint->desc.entity_b);
+    for (const auto& [row, other] : {std::pair(a, b), std::pair(b, a)}) {
+      if (row == kWorldRow || other == kWorldRow || !world_.active_[Index(other)]) continue;
+      if (state_.asleep[Index(row)] && !world_.layer_.faulted[Index(row)]) carried.push_back(row);
+    }
+  }
 }
 
 void StepRun::Substep(double h) {
@@ -168,8 +188,9 @@ void StepRun::Substep(double h) {
   RetireStrays();
   ChooseFriction();
   Mark("kick");
-  world_.engine_->Solve(h, rows_, state_, world_.contacts_);
+  world_.engine_->Solve(h, rows_, state_, world_.contacts_, joints_.Write(h));
   Mark("solve");
+  joints_.Take(h);
   Unkick();
   Bounce(h);
   MoveKinematic(h);
@@ -412,6 +433,9 @@ void StepRun::Report() {
   }
   if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
   for (EntityId id : faulted_) events.push_back(EntityFaulted{id});
+  if (kinds.joints) {
+    for (const JointBroke& broken : broken_) events.push_back(broken);
+  }
   SortCanonically(events);
   for (EventKind& event : events) world_.Record(std::move(event));
   Mark("report");

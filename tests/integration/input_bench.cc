@@ -22,8 +22,8 @@ constexpr uint32_t kStepsBefore = 3, kStepsAfter = 100;
 // One mistake shows in hundreds of cases: a few say what it is.
 constexpr int kComplaintsMax = 20;
 
-// Every shape and every way to move; a ball lies on a crate. Nothing moves for long, for one case is as many steps as a
-// call can have.
+// Every shape, every way to move, and two driven joints; a ball lies on a crate. Nothing moves for long, for one case
+// is as many steps as a call can have.
 constexpr char kScene[] = R"(
   world: "worlds/a"
   commands { create_entity { entity { display_name: "soon gone" } } }
@@ -40,6 +40,14 @@ constexpr char kScene[] = R"(
                  geometries { shape { box {} } } } } } }
   commands { create_entity { entity { pose { position { x: 3 z: 1 } }
     rigid_body { motion_type: MOTION_TYPE_STATIC geometries { is_sensor: true shape { box {} } } } } } }
+  commands { create_entity { entity {
+    pose { position { x: -6 z: 2 } } rigid_body { geometries { shape { sphere {} } } } } } }
+  commands { create_entity { entity {
+    pose { position { x: -9 z: 2 } } rigid_body { geometries { shape { sphere {} } } } } } }
+  commands { create_joint { joint {
+    entity_b { created_by_command: 7 } slider { motor { target_metres: 0 stiffness: 1e6 damping: 1e5 } } } } }
+  commands { create_joint { joint {
+    entity_b { created_by_command: 8 } slider { motor { target_metres: 0 stiffness: 1e6 damping: 1e5 } } } } }
 )";
 
 const std::set<std::string>& ChangingMethods() {
@@ -75,6 +83,15 @@ void InputBench::Complete(Message& message) const {
   }
   if (auto* world = dynamic_cast<v1::World*>(&message)) world->set_engine("engines/" + engine_);
   if (auto* update = dynamic_cast<v1::UpdateEntity*>(&message)) update->mutable_entity()->set_id(ball_);
+  if (auto* joint = dynamic_cast<v1::Joint*>(&message); joint != nullptr && !joint->has_entity_b()) {
+    joint->mutable_entity_b()->set_id(ball_);
+  }
+  if (auto* update = dynamic_cast<v1::UpdateJoint*>(&message)) update->mutable_joint()->set_id(joints_[0]);
+  if (auto* motors = dynamic_cast<v1::SetMotorColumns*>(&message)) {
+    for (const uint64_t id : joints_) {
+      motors->mutable_joint_ids()->append(reinterpret_cast<const char*>(&id), sizeof id);
+    }
+  }
   if (auto* columns = dynamic_cast<v1::ApplyForceColumns*>(&message)) {
     for (const uint64_t id : {ball_, crate_}) {
       columns->mutable_entity_ids()->append(reinterpret_cast<const char*>(&id), sizeof id);
@@ -84,6 +101,7 @@ void InputBench::Complete(Message& message) const {
   reflection.ListFields(message, &fields);
   for (const FieldDescriptor* field : fields) {
     if (field->name() == "entity_id") reflection.SetUInt64(&message, field, ball_);
+    if (field->name() == "joint_id") reflection.SetUInt64(&message, field, joints_[0]);
     if (field->message_type() == nullptr) continue;
     const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
     for (int i = 0; i < count; ++i) {
@@ -113,6 +131,7 @@ void InputBench::Rebuild() {
   stale_ = built.results(0).created_id();
   crate_ = built.results(1).created_id();
   ball_ = built.results(2).created_id();
+  joints_ = {built.results(9).created_id(), built.results(10).created_id()};
   request.clear_commands();
   request.add_commands()->mutable_delete_entity()->set_entity_id(stale_);
   request.set_steps(kStepsBefore);
@@ -226,6 +245,7 @@ void InputBench::StepOn(const std::string& world, const std::string& what) {
   request.mutable_frame()->set_poses(true);
   request.mutable_frame()->set_velocities(true);
   request.mutable_frame()->set_net_forces(true);
+  request.mutable_frame()->set_joints(true);
   request.mutable_events();
   const Answer answer = Send("Step", request);
   v1::StepResponse response;

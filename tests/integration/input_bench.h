@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <string>
 
 #include "genphys/v1/simulation_service.pb.h"
@@ -52,6 +53,7 @@ class InputBench {
   LiveServer server_;
   std::shared_ptr<grpc::Channel> channel_;
   uint64_t ball_ = 0, crate_ = 0, stale_ = 0;
+  std::array<uint64_t, 2> joints_{};
   v1::WorldStamp stamp_;
   int complaints_ = 0;
 };

@@ -29,6 +29,15 @@ const std::vector<Known> kNames{
     {R"(StepRequest\.(commands\[0\]\.[a-z_]+\.entity_id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.update_entity\.entity\.id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.update_entity\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.update_joint\.joint\.id))", kLargestId, Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.delete_joint\.joint_id))", kLargestId, Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.create_joint\.joint\.entity_[ab]\.id))", kLargestId, Reason::kEntityNotFound,
+     "$1"},
+    // The command before this one is none that creates an entity.
+    {R"(StepRequest\.(commands\[0\]\.create_joint\.joint\.entity_[ab]\.created_by_command))", kAny,
+     Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.update_joint\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.set_motors)\..*)", "at max rows", Reason::kMissingField, "$1.joint_ids[0]"},
     // What a column is lengthened by is zeros.
     {R"(StepRequest\.(commands\[0\]\.apply_forces)\..*)", "at max rows", Reason::kMissingField, "$1.entity_ids[0]"},
     // The present is neither there nor then.
@@ -38,11 +47,6 @@ const std::vector<Known> kNames{
 
 // What no engine of this server has.
 const std::vector<Known> kNowhere{
-    {R"(StepRequest\.(.*_joint\.joint\.hinge)\..*)", kAny, Reason::kUnsupportedFeature, "$1"},
-    {R"(StepRequest\.(.*_joint\.joint)\..*)", kAny, Reason::kUnsupportedFeature, "$1.ball"},
-    {R"(StepRequest\.(.*update_joint)\.update_mask.*)", kAny, Reason::kUnsupportedFeature, "$1.joint.ball"},
-    {R"(StepRequest\.(.*delete_joint\.joint_id))", kAny, Reason::kUnsupportedFeature, "$1"},
-    {R"(StepRequest\.(.*set_motors)\..*)", kAny, Reason::kUnsupportedFeature, "$1.joint_ids"},
     {R"([A-Za-z]+Request\.(.*\.error_correction)\..*)", kAny, Reason::kUnsupportedFeature, "$1"},
 };
 
@@ -72,6 +76,13 @@ const std::vector<Known> kImpossible{
     {R"((?:CastShape|FindOverlaps|FindClosest)Request\.(?:positions|orientations|translations).*)", "(?!empty).*",
      Reason::kNotUnitLength, "orientations[0]"},
     {R"(MeasureDistancesRequest\.(?:from|to)_ids.*)", kAny, Reason::kMissingField, "from_ids[0]"},
+    // A motor drives to a position by its stiffness, and one without the other is none.
+    {R"(StepRequest\.(.*\.motor)\.target_(?:radians|metres))", kAny, Reason::kInvalidValue, "$1.stiffness"},
+    {R"(StepRequest\.(.*\.(?:hinge|about_[xyz]|steering|spin)\.motor)\.(?:stiffness|damping))", "at max|above min",
+     Reason::kInvalidValue, "$1.target_radians"},
+    {R"(StepRequest\.(.*\.(?:slider|distance|suspension|along_[xyz])\.motor)\.(?:stiffness|damping))",
+     "at max|above min", Reason::kInvalidValue, "$1.target_metres"},
+    {R"(StepRequest\.(.*\.distance\.limits\.upper_metres))", "at min|above min", Reason::kOutOfRange, "$1"},
     // With all other elements 1, no element makes a tensor that is positive definite.
     {R"([A-Za-z]+Request\.(.*\.inertia\.tensor).*)", kAny, Reason::kInvalidValue, "$1"},
 };

@@ -192,6 +192,51 @@ TEST(ListEntities, RefusesTheTokenOfAnotherEpoch) {
   ExpectRefusal(MustNot(server.simulation(), &Simulation::ListEntities, request), Reason::kInvalidValue, "page_token");
 }
 
+TEST(ListJoints, PagesThroughAllOfThemWithWhatTheyDo) {
+  TestServer server;
+  v1::StepRequest step;
+  step.set_world(server.CreateWorld().world().name());
+  for (uint32_t i = 0; i < 3; ++i) {
+    v1::Entity* const entity = step.add_commands()->mutable_create_entity()->mutable_entity();
+    entity->mutable_pose()->mutable_position()->set_x(2 * i);
+    entity->mutable_pose()->mutable_position()->set_z(3);
+    entity->mutable_rigid_body()->add_geometries()->mutable_shape()->mutable_sphere();
+    v1::Joint* const joint = step.add_commands()->mutable_create_joint()->mutable_joint();
+    joint->mutable_entity_b()->set_created_by_command(2 * i);
+    joint->mutable_hinge()->mutable_motor()->set_target_velocity(i);
+  }
+  step.set_steps(60);
+  step.mutable_frame()->set_joints(true);
+  const v1::StepResponse stepped = Must(server.simulation(), &Simulation::Step, step);
+
+  v1::ListJointsRequest request;
+  request.set_world(step.world());
+  request.set_page_size(2);
+  const v1::ListJointsResponse first = Must(server.simulation(), &Simulation::ListJoints, request);
+  request.set_page_token(first.next_page_token());
+  const v1::ListJointsResponse last = Must(server.simulation(), &Simulation::ListJoints, request);
+
+  ASSERT_EQ(first.joints_size(), 2);
+  ASSERT_EQ(last.joints_size(), 1);
+  EXPECT_TRUE(last.next_page_token().empty());
+  EXPECT_EQ(last.joints(0).id(), stepped.results(5).created_id());
+  EXPECT_EQ(last.joints(0).entity_b().id(), stepped.results(4).created_id());
+  EXPECT_EQ(last.joints(0).frame_in_a().position().x(), 4) << "where the entity was when it was joined";
+  ASSERT_EQ(last.states_size(), 1);
+  EXPECT_EQ(last.states(0).joint_id(), last.joints(0).id());
+  EXPECT_NEAR(last.states(0).positions(5), 2, 1e-5) << "a second at two radians per second";
+  EXPECT_NEAR(last.states(0).rates(5), 2, 1e-5);
+  EXPECT_GT(last.states(0).force().z(), 0);
+  // The same in columns.
+  ASSERT_EQ(stepped.frame().joint_ids().size(), 3 * sizeof(uint64_t));
+  ASSERT_EQ(stepped.frame().joint_positions().size(), 18 * sizeof(double));
+  EXPECT_EQ(stepped.frame().joint_rates().size(), 18 * sizeof(double));
+  EXPECT_EQ(stepped.frame().joint_forces().size(), 18 * sizeof(double));
+  double angle = 0;
+  std::memcpy(&angle, stepped.frame().joint_positions().data() + 17 * sizeof(double), sizeof angle);
+  EXPECT_EQ(angle, last.states(0).positions(5));
+}
+
 TEST(ListJoints, IsEmptyAsLongAsThereAreNone) {
   TestServer server;
   v1::ListJointsRequest request;

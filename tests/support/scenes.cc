@@ -48,10 +48,10 @@ EntityDesc Block(const Vector3& position, const Vector3& half_extents) {
   return desc;
 }
 
-EntityId Do(World& world, const Command& command) {
-  const Result<std::vector<EntityId>> created = world.Apply({&command, 1});
+CreatedId Do(World& world, const Command& command) {
+  const Result<std::vector<CreatedId>> created = world.Apply({&command, 1});
   EXPECT_TRUE(created.ok()) << created.status();
-  return created.ok() ? created->front() : EntityId();
+  return created.ok() ? created->front() : CreatedId();
 }
 
 EntityId Add(World& world, const EntityDesc& desc) { return Do(world, CreateEntity{desc}); }

@@ -25,7 +25,7 @@ EntityDesc Crate(const Vector3& position, double half_extent = 0.5, double mass 
 EntityDesc Block(const Vector3& position, const Vector3& half_extents);
 
 /// Applies one command that must be accepted; returns the id it created, if any.
-EntityId Do(World& world, const Command& command);
+CreatedId Do(World& world, const Command& command);
 EntityId Add(World& world, const EntityDesc& desc);
 
 /// Takes `count` steps that must succeed.

@@ -20,7 +20,7 @@ struct Flight {
     world->AddBody({.row = row, .id = state.ids[0], .body = body, .mass = mass, .geometries = {}}, state);
   }
 
-  void Move(double time) { world->Solve(time, {&row, 1}, state, contacts); }
+  void Move(double time) { world->Solve(time, {&row, 1}, state, contacts, {}); }
 
   EntityRow row{0};
   StateArrays state;

@@ -30,7 +30,7 @@ TEST(BulletBackend, ListsOnlyWhatItCan) {
   EXPECT_FALSE(capabilities.Has(Feature::kSolverDirect));
   EXPECT_TRUE(capabilities.Has(Feature::kShapeConvexHull));
   EXPECT_FALSE(capabilities.Has(Feature::kDynamicTriangleMesh));
-  EXPECT_FALSE(capabilities.Has(Feature::kJointBall));
+  EXPECT_TRUE(capabilities.Has(Feature::kJointGear));
 }
 
 TEST(BulletBackend, TakesWhatIsSetBeforeWhatThePresetMeans) {

@@ -63,7 +63,7 @@ struct Bench {
   void Solve(double h = kStep) {
     for (const EntityRow row : moving) state.linear_velocities.col(Index(row)) += h * gravity;
     for (ContactPoint& point : contacts.points) point.friction = friction;
-    world->Solve(h, moving, state, contacts);
+    world->Solve(h, moving, state, contacts, {});
   }
 
   void Run(int steps, double h = kStep) {

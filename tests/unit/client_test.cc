@@ -203,7 +203,7 @@ TEST(Client, SendsWhatAStepWasAskedToDo) {
 
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->stamp.step, 7u);
-  EXPECT_EQ(result->created, std::vector<EntityId>{EntityId(3, 1)});
+  EXPECT_EQ(result->created, std::vector<CreatedId>{EntityId(3, 1)});
   EXPECT_EQ(received.world(), "worlds/w");
   EXPECT_EQ(received.steps(), 5u);
   EXPECT_TRUE(received.commands(0).has_create_entity());

@@ -29,7 +29,7 @@ class FlakyWorld final : public BackendWorld {
   void WriteState(std::span<const EntityRow>, const StateArrays&) override {}
   void SetStepper(const StepperSettings&) override {}
   void Collide(const PairRule&, ContactBuffer& contacts) override { contacts.Clear(); }
-  void Solve(double, std::span<const EntityRow>, StateArrays&, ContactBuffer&) override {
+  void Solve(double, std::span<const EntityRow>, StateArrays&, ContactBuffer&, std::span<JointRow>) override {
     if (failure_ == Failure::kFault) throw EngineFault("on purpose");
     if (failure_ == Failure::kNoMemory) throw std::bad_alloc();
   }

@@ -41,7 +41,7 @@ TEST(OdeBackend, ListsOnlyWhatItCan) {
   EXPECT_TRUE(backend->capabilities().Has(Feature::kSolverDirect));
   EXPECT_TRUE(backend->capabilities().Has(Feature::kShapeConvexHull));
   EXPECT_FALSE(backend->capabilities().Has(Feature::kDynamicTriangleMesh));
-  EXPECT_FALSE(backend->capabilities().Has(Feature::kJointBall));
+  EXPECT_TRUE(backend->capabilities().Has(Feature::kJointGear));
 }
 
 TEST(OdeBackend, TakesWhatIsSetBeforeWhatThePresetMeans) {

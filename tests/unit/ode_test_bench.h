@@ -62,7 +62,7 @@ class Bench {
     for (const ContactPair& pair : contacts.pairs) {
       for (uint32_t i = 0; i < pair.point_count; ++i) contacts.points[pair.first_point + i].friction = friction;
     }
-    world_->Solve(h, moving, state, contacts);
+    world_->Solve(h, moving, state, contacts, {});
   }
 
   void Run(double seconds) {

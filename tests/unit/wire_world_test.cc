@@ -14,7 +14,6 @@ v1::World FilledWorld() {
   FillEveryField(&world);
   world.set_engine("engines/bullet");
   world.mutable_defaults()->clear_error_correction();
-  world.mutable_recorded_events()->clear_joints();
   world.clear_record_state_hash();
   return world;
 }

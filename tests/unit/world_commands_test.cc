@@ -20,7 +20,7 @@ struct Scene {
 void ExpectRefused(World& world, const std::vector<Command>& commands, Reason reason, const std::string& field) {
   const uint64_t before = world.StateHash();
 
-  const Result<std::vector<EntityId>> result = world.Apply(commands);
+  const Result<std::vector<CreatedId>> result = world.Apply(commands);
 
   ASSERT_FALSE(result.ok()) << field;
   const std::optional<Refusal> refusal = RefusalOf(result.status());

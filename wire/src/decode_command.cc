@@ -4,6 +4,7 @@
 
 #include "enums.h"
 #include "genphys/wire/decode.h"
+#include "joint_mask.h"
 #include "update_mask.h"
 #include "values.h"
 
@@ -81,34 +82,30 @@ Result<Command> Decode(const v1::ApplyForceColumns& command) {
   return decoded;
 }
 
-Status Refused(const v1::Joint& joint) {
-  switch (joint.kind_case()) {
-    case v1::Joint::kBall:
-      return NowhereSupported(Feature::kJointBall, "ball");
-    case v1::Joint::kHinge:
-      return NowhereSupported(Feature::kJointHinge, "hinge");
-    case v1::Joint::kSlider:
-      return NowhereSupported(Feature::kJointSlider, "slider");
-    case v1::Joint::kUniversal:
-      return NowhereSupported(Feature::kJointUniversal, "universal");
-    case v1::Joint::kFixed:
-      return NowhereSupported(Feature::kJointFixed, "fixed");
-    case v1::Joint::KIND_NOT_SET:
-      break;
+Result<Command> Decode(const v1::CreateJoint& command) {
+  Result<JointDesc> joint = DecodeJoint(command.joint());
+  if (!joint.ok()) return WithFieldPrefix(joint.status(), "joint");
+  return CreateJoint{*std::move(joint)};
+}
+
+Result<Command> Decode(const v1::UpdateJoint& command) {
+  JointFields fields = PopulatedFields(command.joint());
+  if (command.update_mask().paths_size() > 0) {
+    const Result<JointFields> named = DecodeJointMask(command.joint(), command.update_mask());
+    if (!named.ok()) return named.status();
+    fields = *named;
   }
-  return Refuse(Reason::kMissingField, "kind", "a joint says what it leaves free");
+  Result<JointDesc> joint = DecodeJoint(command.joint());
+  if (!joint.ok()) return WithFieldPrefix(joint.status(), "joint");
+  return UpdateJoint{JointId::FromPacked(command.joint().id()), *std::move(joint), fields};
 }
 
-Result<Command> Decode(const v1::CreateJoint& command) { return WithFieldPrefix(Refused(command.joint()), "joint"); }
+Result<Command> Decode(const v1::DeleteJoint& command) { return DeleteJoint{JointId::FromPacked(command.joint_id())}; }
 
-Result<Command> Decode(const v1::UpdateJoint& command) { return WithFieldPrefix(Refused(command.joint()), "joint"); }
-
-Result<Command> Decode(const v1::DeleteJoint&) {
-  return Refuse(Reason::kUnsupportedFeature, "joint_id", "no engine of this server supports joints");
-}
-
-Result<Command> Decode(const v1::SetMotorColumns&) {
-  return Refuse(Reason::kUnsupportedFeature, "joint_ids", "no engine of this server supports the motors of joints");
+Result<Command> Decode(const v1::SetMotorColumns& command) {
+  return SetMotorColumns{.ids = DecodeColumn<JointId>(command.joint_ids()),
+                         .velocities = DecodeColumn<double>(command.targets()),
+                         .positions = DecodeColumn<double>(command.positions())};
 }
 
 template <typename Message>

@@ -80,6 +80,8 @@ Result<EventKind> DecodeKind(const v1::Event& event) {
     case v1::Event::kEntityFaulted:
       return EntityFaulted{IdOf(event.entity_faulted())};
     case v1::Event::kJointBroke:
+      return JointBroke{JointId::FromPacked(event.joint_broke().joint_id()), PairOf(event.joint_broke()),
+                        event.joint_broke().force(), event.joint_broke().torque()};
     case v1::Event::KIND_NOT_SET:
       break;
   }

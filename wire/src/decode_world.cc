@@ -35,6 +35,7 @@ EventKinds DecodeKinds(const v1::EventKinds& kinds) {
           .sensors = kinds.sensors(),
           .sleeping = kinds.sleeping(),
           .moving = kinds.moving(),
+          .joints = kinds.joints(),
           .changes = kinds.changes()};
 }
 

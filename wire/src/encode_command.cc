@@ -2,6 +2,7 @@
 
 #include "enums.h"
 #include "genphys/wire/encode.h"
+#include "joint_mask.h"
 #include "update_mask.h"
 #include "values.h"
 
@@ -79,6 +80,25 @@ struct CommandEncoder {
     EncodeColumn(command.ids, columns->mutable_entity_ids());
     EncodeColumn(command.forces, columns->mutable_forces());
     EncodeColumn(command.torques, columns->mutable_torques());
+  }
+
+  void operator()(const CreateJoint& command) const {
+    EncodeJoint(JointId(), command.joint, out->mutable_create_joint()->mutable_joint());
+  }
+
+  void operator()(const UpdateJoint& command) const {
+    v1::UpdateJoint* update = out->mutable_update_joint();
+    EncodeJoint(command.id, command.joint, update->mutable_joint());
+    EncodeJointMask(command.joint.kind, command.fields, update->mutable_update_mask());
+  }
+
+  void operator()(const DeleteJoint& command) const { out->mutable_delete_joint()->set_joint_id(command.id.packed()); }
+
+  void operator()(const SetMotorColumns& command) const {
+    v1::SetMotorColumns* columns = out->mutable_set_motors();
+    EncodeColumn(command.ids, columns->mutable_joint_ids());
+    EncodeColumn(command.velocities, columns->mutable_targets());
+    EncodeColumn(command.positions, columns->mutable_positions());
   }
 };
 

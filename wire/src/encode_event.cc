@@ -55,6 +55,13 @@ struct EventEncoder {
   void operator()(const EntityStartedMoving& kind) const { EncodeMotion(kind, out->mutable_entity_started_moving()); }
   void operator()(const EntityStoppedMoving& kind) const { EncodeMotion(kind, out->mutable_entity_stopped_moving()); }
   void operator()(const EntityFaulted& kind) const { out->mutable_entity_faulted()->set_entity_id(kind.id.packed()); }
+  void operator()(const JointBroke& kind) const {
+    v1::JointBroke* const message = out->mutable_joint_broke();
+    message->set_joint_id(kind.joint.packed());
+    message->set_force(kind.force);
+    message->set_torque(kind.torque);
+    EncodePair(kind.pair, message);
+  }
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "genphys/wire/encode.h"
 #include "genphys/wire/wire_format.h"
 #include "values.h"
 
@@ -18,11 +19,12 @@ size_t WidthOf(const Columns& columns) {
 
 }  // namespace
 
-FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
+FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+                           const World* joints_of)
     : state_(state), scalar_(request.scalar() == v1::SCALAR_FLOAT32 ? v1::SCALAR_FLOAT32 : v1::SCALAR_FLOAT64) {
   ChooseRows(request);
   ChooseColumns(request);
-  MakeHead(stamp);
+  MakeHead(stamp, joints_of);
   size_ = head_.size();
   const auto add = [&](int field, size_t bytes) {
     if (bytes > 0) size_ += FieldHeaderSize(field, bytes) + bytes;
@@ -79,7 +81,7 @@ void FrameEncoder::ChooseColumns(const v1::FrameRequest& request) {
   }
 }
 
-void FrameEncoder::MakeHead(const v1::WorldStamp& stamp) {
+void FrameEncoder::MakeHead(const v1::WorldStamp& stamp, const World* joints_of) {
   std::vector<EntityId> gathered;
   const EntityId* ids = state_.ids.data();
   if (!rows_.empty()) {
@@ -91,6 +93,7 @@ void FrameEncoder::MakeHead(const v1::WorldStamp& stamp) {
   *head.mutable_stamp() = stamp;
   head.set_scalar(scalar_);
   head.set_rows_id(XXH3_64bits(ids, count_ * sizeof(EntityId)));
+  if (joints_of != nullptr) EncodeJointColumns(*joints_of, &head);
   head_ = head.SerializeAsString();
 }
 

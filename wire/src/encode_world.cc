@@ -26,6 +26,7 @@ void EncodeKinds(const EventKinds& kinds, v1::EventKinds* out) {
   out->set_sensors(kinds.sensors);
   out->set_sleeping(kinds.sleeping);
   out->set_moving(kinds.moving);
+  out->set_joints(kinds.joints);
   out->set_changes(kinds.changes);
 }
 

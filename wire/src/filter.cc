@@ -24,6 +24,7 @@ struct KindFlag {
   bool operator()(const EntityUpdated&) const { return kinds.changes; }
   bool operator()(const EntityDeleted&) const { return kinds.changes; }
   bool operator()(const EntityFaulted&) const { return kinds.changes; }
+  bool operator()(const JointBroke&) const { return kinds.joints; }
 };
 
 struct NamedIds {
@@ -36,6 +37,11 @@ struct NamedIds {
   template <typename Single>
   requires requires(const Single& single) { single.id; }
   EntityPair operator()(const Single& single) const { return {single.id, single.id}; }
+  // The world has no id that a filter could name.
+  EntityPair operator()(const JointBroke& broken) const {
+    const auto& [a, b] = broken.pair;
+    return {a.is_null() ? b : a, b.is_null() ? a : b};
+  }
 };
 
 }  // namespace

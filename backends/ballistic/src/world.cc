@@ -19,7 +19,8 @@ void World::AddBody(const BodyDesc& desc, const StateArrays&) {
   centers_of_mass_[Index(desc.row)] = desc.mass.center_of_mass;
 }
 
-void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer&) {
+void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer&,
+                  std::span<JointRow>) {
   for (EntityRow row : rows) {
     const Vector3& center = centers_of_mass_[Index(row)];
     const Vector3 velocity = state.linear_velocities.col(Index(row));

@@ -11,7 +11,8 @@ namespace genphys::ballistic_backend {
 class World final : public BackendWorld {
  public:
   void AddBody(const BodyDesc& desc, const StateArrays& state) override;
-  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) override;
+  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+             std::span<JointRow> joint_rows) override;
 
   // Rows are not read again after their removal until they are added anew.
   void RemoveBody(EntityRow) override {}

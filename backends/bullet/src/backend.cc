@@ -75,7 +75,7 @@ class BulletBackend final : public Backend {
   const Capabilities& capabilities() const override { return capabilities_; }
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
-    return {.solver = Solver::kIterative,
+    return {.solver = stepper.solver,
             .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
             .iterations = stepper.iterations.value_or(kIterations)};
   }
@@ -93,10 +93,12 @@ class BulletBackend final : public Backend {
   const Capabilities capabilities_{
       "bullet",
       absl::StrCat(btGetVersion() / 100, ".", btGetVersion() % 100),
-      {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule, Feature::kShapeCylinder, Feature::kShapePlane,
-       Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield, Feature::kShapeCone,
-       Feature::kShapeEllipsoid, Feature::kContacts, Feature::kRayCasts, Feature::kShapeQueries, Feature::kSensors,
-       Feature::kSolverIterative}};
+      {Feature::kShapeSphere,  Feature::kShapeBox,        Feature::kShapeCapsule,      Feature::kShapeCylinder,
+       Feature::kShapePlane,   Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield,
+       Feature::kShapeCone,    Feature::kShapeEllipsoid,  Feature::kContacts,          Feature::kRayCasts,
+       Feature::kShapeQueries, Feature::kSensors,         Feature::kSolverIterative,   Feature::kJointBall,
+       Feature::kJointHinge,   Feature::kJointSlider,     Feature::kJointUniversal,    Feature::kJointFixed,
+       Feature::kJointWheel,   Feature::kJointSixDof,     Feature::kJointDistance,     Feature::kJointGear}};
 };
 
 }  // namespace

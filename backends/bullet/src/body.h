@@ -46,7 +46,8 @@ struct Body {
   bool is_active = true;
   bool is_moved = false;     // its geometries are not yet where its pose says
   uint64_t solve_stamp = 0;  // of the last solve that moved it
-  uint64_t touch_stamp = 0;  // of the last solve that had a contact of it
+  uint64_t touch_stamp = 0;  // of the last solve that held it by a contact or a joint
+  uint64_t group_stamp = 0;  // of the last group of constraints that it was solved in
   Pose pose;
   Vector3 center_of_mass = Vector3::Zero();      // in the entity's frame
   Matrix3 principal_axes = Matrix3::Identity();  // in the entity's frame, as columns

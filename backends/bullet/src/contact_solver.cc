@@ -1,6 +1,9 @@
 #include "contact_solver.h"
 
 #include <algorithm>
+#include <cstring>
+
+#include "direct_solve.h"
 
 namespace genphys::bullet_backend {
 namespace {
@@ -12,6 +15,50 @@ constexpr double kOverlapTakenPerStep = 0.4;
 // when the impulses to start from are another engine's.
 constexpr int kPointUpdates = 2000;
 constexpr int kIterationsMax = 100;
+// Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
+// leave over.
+constexpr double kDirectSoftness = 1e-4;
+
+btVector3 CenterOf(const btSolverBody& body) { return body.m_worldTransform.getOrigin(); }
+
+btVector3 Turned(const btSolverBody& body, const btVector3& impulse) {
+  return body.m_originalBody != nullptr ? body.m_originalBody->getInvInertiaTensorWorld() * impulse
+                                        : btVector3(0, 0, 0);
+}
+
+// The Jacobian of the row, and from it what the sweeps need: rate + softness * impulse = target.
+void FillRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, btSolverConstraint& to) {
+  const btVector3 axis = ToBullet(row.axis), point = ToBullet(row.point);
+  switch (row.kind) {
+    case JointRow::Kind::kLinear:
+      to.m_contactNormal1 = -axis;
+      to.m_contactNormal2 = axis;
+      to.m_relpos1CrossNormal = (point - CenterOf(a)).cross(-axis);
+      to.m_relpos2CrossNormal = (point - CenterOf(b)).cross(axis);
+      break;
+    case JointRow::Kind::kAngular:
+      to.m_relpos1CrossNormal = -axis;
+      to.m_relpos2CrossNormal = axis;
+      break;
+    case JointRow::Kind::kGeared:
+      to.m_relpos1CrossNormal = axis;
+      to.m_relpos2CrossNormal = ToBullet(row.axis_b);
+      break;
+  }
+  to.m_angularComponentA = Turned(a, to.m_relpos1CrossNormal);
+  to.m_angularComponentB = Turned(b, to.m_relpos2CrossNormal);
+  const btScalar mobility = to.m_contactNormal1.dot(to.m_contactNormal1 * a.internalGetInvMass()) +
+                            to.m_contactNormal2.dot(to.m_contactNormal2 * b.internalGetInvMass()) +
+                            to.m_relpos1CrossNormal.dot(to.m_angularComponentA) +
+                            to.m_relpos2CrossNormal.dot(to.m_angularComponentB);
+  to.m_jacDiagABInv = 1 / (mobility + row.softness);
+  to.m_cfm = row.softness * to.m_jacDiagABInv;
+  const btScalar rate = to.m_contactNormal1.dot(a.m_linearVelocity) + to.m_relpos1CrossNormal.dot(a.m_angularVelocity) +
+                        to.m_contactNormal2.dot(b.m_linearVelocity) + to.m_relpos2CrossNormal.dot(b.m_angularVelocity);
+  to.m_rhs = (row.target - rate) * to.m_jacDiagABInv;
+  to.m_lowerLimit = row.lower;
+  to.m_upperLimit = row.upper;
+}
 
 }  // namespace
 
@@ -29,6 +76,7 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
 void ContactSolver::Begin(double warm_scale) {
   warm_scale_ = warm_scale;
   bodies_.clear();
+  rows_.clear();
   first_manifolds_.clear();
   manifold_count_ = 0;
 }
@@ -61,10 +109,11 @@ void ContactSolver::AddManifold(Body* a, Body* b, std::span<const ContactPoint> 
   }
 }
 
-void ContactSolver::Solve(double step_size) {
+void ContactSolver::Solve(double step_size, bool direct) {
+  is_direct_ = direct;
   info_.m_timeStep = step_size;
   manifold_pointers_.clear();
-  int points = 1;
+  int points = 1 + static_cast<int>(rows_.size());
   for (size_t i = 0; i < manifold_count_; ++i) {
     manifold_pointers_.push_back(&manifolds_[i]);
     points += manifolds_[i].getNumContacts();
@@ -75,6 +124,22 @@ void ContactSolver::Solve(double step_size) {
   }
   solveGroup(bodies_.data(), static_cast<int>(bodies_.size()), manifold_pointers_.data(),
              static_cast<int>(manifold_count_), nullptr, 0, info_, nullptr, nullptr);
+}
+
+int ContactSolver::SolverBodyOf(Body* body, double step_size) {
+  return getOrInitSolverBody(body != nullptr ? *body->rigid : fixed_, step_size);
+}
+
+void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolverInfo& info) {
+  for (const AddedRow& added : rows_) {
+    const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
+    btSolverConstraint& to = m_tmpSolverNonContactConstraintPool.expandNonInitializing();
+    std::memset(static_cast<void*>(&to), 0, sizeof(to));
+    to.m_solverBodyIdA = id_a;
+    to.m_solverBodyIdB = id_b;
+    to.m_overrideNumSolverIterations = info.m_numIterations;
+    FillRow(*added.row, m_tmpSolverBodyPool[id_a], m_tmpSolverBodyPool[id_b], to);
+  }
 }
 
 void ContactSolver::convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) {
@@ -96,7 +161,41 @@ void ContactSolver::convertContacts(btPersistentManifold** manifolds, int count,
   }
 }
 
+btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
+                                                          btPersistentManifold** manifolds, int manifold_count,
+                                                          btTypedConstraint** constraints, int constraint_count,
+                                                          const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  if (is_direct_ && SolveDirectly()) {
+    solveGroupCacheFriendlySplitImpulseIterations(bodies, body_count, manifolds, manifold_count, constraints,
+                                                  constraint_count, info, drawer);
+    return 0;
+  }
+  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyIterations(
+      bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+}
+
+bool ContactSolver::SolveDirectly() {
+  DirectSolve solve(m_tmpSolverBodyPool);
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    solve.Add(m_tmpSolverNonContactConstraintPool[i], DirectSolve::kFree, 0);
+  }
+  const int first_contact = m_tmpSolverNonContactConstraintPool.size();
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    solve.Add(m_tmpSolverContactConstraintPool[i], DirectSolve::kFree, kDirectSoftness);
+  }
+  for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
+    row.m_lowerLimit = -row.m_friction;
+    row.m_upperLimit = row.m_friction;
+    solve.Add(row, first_contact + row.m_frictionIndex, kDirectSoftness);
+  }
+  return solve.Run();
+}
+
 btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, const btContactSolverInfo& info) {
+  for (size_t i = 0; i < rows_.size(); ++i) {
+    rows_[i].row->impulse = m_tmpSolverNonContactConstraintPool[static_cast<int>(i)].m_appliedImpulse;
+  }
   writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), info);
   for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
     btSolverBody& solved = m_tmpSolverBodyPool[i];
@@ -108,6 +207,7 @@ btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, 
     body.motion.turn = FromBullet(solved.internalGetTurnVelocity() * info.m_splitImpulseTurnErp);
     solved.m_originalBody->setCompanionId(-1);
   }
+  m_tmpSolverNonContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverBodyPool.resizeNoInitialize(0);

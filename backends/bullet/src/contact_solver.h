@@ -8,12 +8,13 @@
 
 #include "body.h"
 #include "genphys/contact.h"
+#include "genphys/joint_row.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {
 
-/// Bullet's sequential impulse solver for contacts between bodies. All pairs of a step form one group: what its rows do
-/// to each other is the same as if every island were solved alone, and so is the result.
+/// Bullet's sequential impulse solver for contacts and joints between bodies. All of a step form one group: what its
+/// rows do to each other is the same as if every island were solved alone, and so is the result.
 class ContactSolver final : private btSequentialImpulseConstraintSolver {
  public:
   ContactSolver();
@@ -33,8 +34,15 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Adds a pair; null is a side that cannot be moved. The first of `warm_impulses` are where its points start from.
   void AddPair(Body* a, Body* b, std::span<const ContactPoint> points, std::span<const PointImpulse> warm_impulses);
 
-  /// Solves for a step of `step_size` seconds and writes what came out into the bodies' `motion`.
-  void Solve(double step_size);
+  /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
+  /// impulse back.
+  void AddRow(Body* a, Body* b, JointRow& row) { rows_.push_back({a, b, &row}); }
+
+  bool is_empty() const { return manifold_count_ == 0 && rows_.empty(); }
+
+  /// Solves for a step of `step_size` seconds and writes what came out into the bodies' `motion`. All at once, if it
+  /// shall be `direct` and the equations let it; else in sweeps.
+  void Solve(double step_size, bool direct = false);
 
   /// Fills the impulses of the points of the pair that was added as number `index`.
   void TakeImpulses(size_t index, std::span<ContactPoint> points) const;
@@ -44,11 +52,27 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
  private:
   // Bullet's manifolds hold four points, and a pair with a mesh may have more.
   void AddManifold(Body* a, Body* b, std::span<const ContactPoint> points, std::span<const PointImpulse> warm_impulses);
+  // Replaces Bullet's: rows come as the layer writes them.
+  void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;
   // Adds to Bullet's that friction also starts from what it was.
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
+  btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
+                                             btPersistentManifold** manifolds, int manifold_count,
+                                             btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) override;
   // Replaces Bullet's, which would also move the bodies, in its own way.
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
                                          const btContactSolverInfo& info) override;
+
+  struct AddedRow {
+    Body* a;
+    Body* b;
+    JointRow* row;
+  };
+  int SolverBodyOf(Body* body, double step_size);
+
+  // False if the equations cannot be solved all at once.
+  bool SolveDirectly();
 
   int iterations_ = kPresetIterations;
   btContactSolverInfo info_;
@@ -60,6 +84,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<btPersistentManifold> manifolds_;
   std::vector<btPersistentManifold*> manifold_pointers_;
   size_t manifold_count_ = 0;
+  std::vector<AddedRow> rows_;
+  bool is_direct_ = false;
 };
 
 }  // namespace genphys::bullet_backend

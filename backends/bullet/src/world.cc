@@ -9,6 +9,9 @@
 namespace genphys::bullet_backend {
 namespace {
 
+// An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
+constexpr size_t kAutomaticRowsMax = 160;
+
 // Turn by a constant angular velocity, exact however fast: Bullet's own stops at an eighth of a circle.
 Quaternion TurnBy(const Vector3& turn) {
   const double angle = turn.norm();
@@ -115,23 +118,48 @@ void World::Recall(const ContactBuffer& solved) {
   }
 }
 
-void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) {
+void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                  std::span<JointRow> joint_rows) {
   if (contacts.pairs.size() != warm_start_.pairs().size()) {
     throw EngineFault("the contacts are not those of the last collision test");
   }
   ++solve_stamp_;
   for (const EntityRow row : rows) body(row).solve_stamp = solve_stamp_;
-  LoadContacts(step_size, state, contacts);
-  if (!solved_pairs_.empty()) solver_.Solve(step_size);
-  StoreImpulses(contacts);
+  for (ContactPoint& point : contacts.points) {
+    point.normal_impulse = 0;
+    point.friction_impulse.setZero();
+  }
+  islands_.Find(state.rows(), rows, contacts, joint_rows);
+  const double warm_scale = warm_start_.ScaleTo(step_size);
+  for (uint32_t i = 0; i < islands_.islands().size(); ++i) {
+    if (IsDirect(islands_.islands()[i])) SolveGroup(i, step_size, warm_scale, state, contacts, joint_rows);
+  }
+  SolveGroup(Islands::kNone, step_size, warm_scale, state, contacts, joint_rows);
   for (const EntityRow row : rows) Move(body(row), step_size, state);
+}
+
+bool World::IsDirect(const Islands::Island& island) const {
+  if (settings_.solver == Solver::kIterative || island.joint_rows == 0) return false;
+  return 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax;
+}
+
+void World::SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
+                       ContactBuffer& contacts, std::span<JointRow> joint_rows) {
+  ++group_stamp_;
+  solver_.Begin(warm_scale);
+  LoadContacts(island, state, contacts);
+  LoadRows(island, state, joint_rows);
+  if (solver_.is_empty()) return;
+  solver_.Solve(step_size, island != Islands::kNone);
+  StoreImpulses(contacts);
 }
 
 // Null if nothing that happens in this solve can move the body and it does not move by itself either.
 Body* World::Load(Body& body, const StateArrays& state) {
   const bool is_driven = body.motion_type == MotionType::kKinematic && body.is_active;
   if (!is_driven && body.solve_stamp != solve_stamp_) return nullptr;
-  if (body.touch_stamp != solve_stamp_) {
+  if (body.group_stamp != group_stamp_) {
+    body.group_stamp = group_stamp_;
     body.touch_stamp = solve_stamp_;
     body.LoadRigid(state);
     solver_.AddBody(body);
@@ -139,27 +167,37 @@ Body* World::Load(Body& body, const StateArrays& state) {
   return &body;
 }
 
-void World::LoadContacts(double step_size, const StateArrays& state, const ContactBuffer& contacts) {
-  solver_.Begin(warm_start_.ScaleTo(step_size));
+bool World::IsInGroup(uint32_t island, EntityRow a, EntityRow b) const {
+  const uint32_t own = islands_.IslandOf(a, b);
+  if (own == Islands::kNone || own == island) return own == island && own != Islands::kNone;
+  return island == Islands::kNone && !IsDirect(islands_.islands()[own]);
+}
+
+void World::LoadContacts(uint32_t island, const StateArrays& state, const ContactBuffer& contacts) {
   solved_pairs_.clear();
   for (size_t i = 0; i < contacts.pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[i];
-    Body& a = body(pair.entity_a);
-    Body& b = body(pair.entity_b);
-    if (pair.is_sensor || (a.solve_stamp != solve_stamp_ && b.solve_stamp != solve_stamp_)) continue;
+    if (pair.is_sensor || !IsInGroup(island, pair.entity_a, pair.entity_b)) continue;
     solved_pairs_.push_back(i);
-    Body* const side_a = Load(a, state);
-    Body* const side_b = Load(b, state);
+    Body* const side_a = Load(body(pair.entity_a), state);
+    Body* const side_b = Load(body(pair.entity_b), state);
     solver_.AddPair(side_a, side_b, std::span(contacts.points).subspan(pair.first_point, pair.point_count),
                     warm_start_.pairs()[i].impulses);
   }
 }
 
-void World::StoreImpulses(ContactBuffer& contacts) {
-  for (ContactPoint& point : contacts.points) {
-    point.normal_impulse = 0;
-    point.friction_impulse.setZero();
+void World::LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows) {
+  const auto load = [&](EntityRow row) -> Body* {
+    // The world and entities without physics are no bodies here.
+    const bool is_body = Index(row) < bodies_.size() && bodies_[Index(row)] != nullptr;
+    return is_body ? Load(body(row), state) : nullptr;
+  };
+  for (JointRow& row : joint_rows) {
+    if (IsInGroup(island, row.a, row.b)) solver_.AddRow(load(row.a), load(row.b), row);
   }
+}
+
+void World::StoreImpulses(ContactBuffer& contacts) {
   for (size_t i = 0; i < solved_pairs_.size(); ++i) {
     const std::span<ContactPoint> points = PointsOf(contacts.pairs[solved_pairs_[i]], contacts);
     solver_.TakeImpulses(i, points);

@@ -6,6 +6,7 @@
 #include "broad_phase.h"
 #include "contact_solver.h"
 #include "genphys/backend.h"
+#include "genphys/islands.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {
@@ -15,15 +16,19 @@ namespace genphys::bullet_backend {
 /// about.
 class World final : public BackendWorld {
  public:
-  explicit World(const StepperSettings& settings) { SetStepper(settings); }
+  explicit World(const StepperSettings& settings) : settings_(settings) { SetStepper(settings); }
 
   void AddBody(const BodyDesc& desc, const StateArrays& state) override;
   void RemoveBody(EntityRow row) override;
   void SetActive(std::span<const EntityRow> rows, bool active) override;
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
-  void SetStepper(const StepperSettings& settings) override { solver_.SetIterations(settings.iterations); }
+  void SetStepper(const StepperSettings& settings) override {
+    settings_ = settings;
+    solver_.SetIterations(settings.iterations);
+  }
   void Collide(const PairRule& rule, ContactBuffer& contacts) override;
-  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) override;
+  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+             std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved) override;
   void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
                 std::span<RayHit> hits) override;
@@ -36,7 +41,13 @@ class World final : public BackendWorld {
   void MarkMoved(Body& body);
   void PlaceMoved();
   Body* Load(Body& body, const StateArrays& state);
-  void LoadContacts(double step_size, const StateArrays& state, const ContactBuffer& contacts);
+  bool IsDirect(const Islands::Island& island) const;
+  // The contacts and rows of one island, or with kNone of all those that are not solved all at once.
+  void SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
+                  ContactBuffer& contacts, std::span<JointRow> joint_rows);
+  bool IsInGroup(uint32_t island, EntityRow a, EntityRow b) const;
+  void LoadContacts(uint32_t island, const StateArrays& state, const ContactBuffer& contacts);
+  void LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows);
   void StoreImpulses(ContactBuffer& contacts);
   void Move(Body& body, double step_size, StateArrays& state);
 
@@ -46,6 +57,9 @@ class World final : public BackendWorld {
   ContactSolver solver_;
   WarmStart warm_start_;  // its pairs are those of the last Collide()
   uint64_t solve_stamp_ = 0;
+  uint64_t group_stamp_ = 0;
+  StepperSettings settings_;
+  Islands islands_;
 
   // Kept between calls for their memory only.
   std::vector<CandidatePair> candidates_;

@@ -36,7 +36,7 @@ Status CheckRandomNumbersAreOurs() {
   mass.tensor = mass.inverse_tensor = Matrix3::Identity();
   ContactSolver solver(StepperSettings{});
   solver.Begin(kBodies, 1.0 / 60);
-  solver.ReserveContacts(kBodies * kCorners);
+  solver.Reserve(kBodies * kCorners, 0, false);
   for (uint32_t body = 0; body < kBodies; ++body) {
     solver.SetBody(body, body + 1, mass, Motion{.linear_velocity = {0, 0, -1}});
     for (uint32_t corner = 0; corner < kCorners; ++corner) {
@@ -61,7 +61,7 @@ class OdeBackend final : public Backend {
   const Capabilities& capabilities() const override { return capabilities_; }
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
-    return {.solver = stepper.solver == Solver::kDirect ? Solver::kDirect : Solver::kIterative,
+    return {.solver = stepper.solver,
             .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
             .iterations = stepper.iterations.value_or(ContactSolver::kPresetIterations)};
   }
@@ -87,10 +87,13 @@ class OdeBackend final : public Backend {
   const Capabilities capabilities_{
       "ode",
       dODE_VERSION,
-      {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule, Feature::kShapeCylinder, Feature::kShapePlane,
-       Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield, Feature::kShapeCone,
-       Feature::kShapeEllipsoid, Feature::kContacts, Feature::kRayCasts, Feature::kShapeQueries, Feature::kSensors,
-       Feature::kSolverIterative, Feature::kSolverDirect}};
+      {Feature::kShapeSphere,  Feature::kShapeBox,        Feature::kShapeCapsule,      Feature::kShapeCylinder,
+       Feature::kShapePlane,   Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield,
+       Feature::kShapeCone,    Feature::kShapeEllipsoid,  Feature::kContacts,          Feature::kRayCasts,
+       Feature::kShapeQueries, Feature::kSensors,         Feature::kSolverIterative,   Feature::kSolverDirect,
+       Feature::kJointBall,    Feature::kJointHinge,      Feature::kJointSlider,       Feature::kJointUniversal,
+       Feature::kJointFixed,   Feature::kJointWheel,      Feature::kJointSixDof,       Feature::kJointDistance,
+       Feature::kJointGear}};
 };
 
 }  // namespace

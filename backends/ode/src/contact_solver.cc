@@ -3,6 +3,7 @@
 #include <ode/ode.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -28,6 +29,8 @@ constexpr double kDirectSoftness = 1e-4;
 constexpr size_t kRowUpdates = 10'000;
 constexpr uint32_t kIterationsMax = 150;
 constexpr size_t kDirectContactsMax = 100;
+// The time it takes grows with the cube of the rows.
+constexpr size_t kDirectRowsMax = 300;
 // The exact solver eliminates one contact after the other. Where a feather meets a mountain too little is left of the
 // sixteen digits of a number, and it fails; the iterative one only comes nearer the solution more slowly.
 constexpr double kDirectSpreadMax = 1e6;
@@ -99,6 +102,7 @@ ContactSolver::ContactSolver(const StepperSettings& settings)
     : threading_(dThreadingAllocateSelfThreadedImplementation()),
       world_(dWorldCreate()),
       contacts_(dJointGroupCreate(0)),
+      composer_(world_, contacts_),
       settings_(settings) {
   dWorldSetStepThreadingImplementation(world_, dThreadingImplementationGetFunctions(threading_), threading_);
   dWorldSetGravity(world_, 0, 0, 0);
@@ -173,9 +177,26 @@ void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties
   dBodySetAngularVel(id, w.x(), w.y(), w.z());
 }
 
-void ContactSolver::ReserveContacts(size_t count, double spread) {
-  if (feedback_.size() < count) feedback_.resize(count);
-  is_direct_ = may_be_direct() && count <= kDirectContactsMax && spread <= kDirectSpreadMax;
+bool ContactSolver::MayBeDirect(size_t contacts, size_t rows, double spread) {
+  return contacts <= kDirectContactsMax && rows <= kDirectRowsMax && spread <= kDirectSpreadMax;
+}
+
+void ContactSolver::Reserve(size_t contacts, size_t rows, bool direct) {
+  if (feedback_.size() < contacts) feedback_.resize(contacts);
+  composer_.Begin(rows, step_size_);
+  is_direct_ = direct;
+}
+
+void ContactSolver::AddRows(std::span<JointRow> block, uint32_t body_a, uint32_t body_b,
+                            std::span<const double> given_rates) {
+  const auto body = [&](uint32_t index) { return index == ContactConstraint::kImmovable ? nullptr : bodies_[index]; };
+  std::array<RowComposer::Row, 3> rows;
+  for (size_t i = 0; i < block.size(); ++i) {
+    rows[i] = {body(body_a), body(body_b), &block[i], given_rates[i]};
+    StirSeed(block[i].target);
+  }
+  composer_.Add(std::span(rows).first(block.size()));
+  row_count_ += block.size();
 }
 
 void ContactSolver::AddContact(const ContactConstraint& contact) {

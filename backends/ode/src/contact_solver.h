@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "genphys/inertia.h"
 #include "genphys/stepper.h"
+#include "row_composer.h"
 
 struct dxBody;
 struct dxJointGroup;
@@ -36,8 +38,8 @@ struct ContactConstraint {
   Vector3 other_velocity = Vector3::Zero();     // of an immovable other side at the point, m/s
 };
 
-/// One ODE world as a solver of contacts. It remembers nothing from one solve to the next: what a solve gives depends
-/// on what was put in since Begin() and on the step size.
+/// One ODE world as a solver of contacts and joints. It remembers nothing from one solve to the next: what a solve
+/// gives depends on what was put in since Begin() and on the step size.
 class ContactSolver {
  public:
   /// The iterations of every preset.
@@ -54,11 +56,16 @@ class ContactSolver {
   void Begin(uint32_t count, double step_size);
   /// Each of 0..count-1 must be set. `serial` tells bodies apart whose mass is not the same.
   void SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion);
-  /// Whether contacts may be solved all at once.
-  bool may_be_direct() const { return settings_.solver == Solver::kDirect; }
-  /// Tells how many contacts will be added at most, and how many times more the easiest of them gives way to a push
-  /// than the hardest; must be called before the first.
-  void ReserveContacts(size_t count, double spread = 1);
+  /// How constraints shall be solved.
+  Solver solver() const { return settings_.solver; }
+  /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
+  /// times more than the hardest.
+  static bool MayBeDirect(size_t contacts, size_t rows, double spread);
+  /// Tells how many contacts and rows of joints will be added at most, and whether they are solved all at once; must be
+  /// called before the first.
+  void Reserve(size_t contacts, size_t rows, bool direct);
+  /// Adds the rows of one block; see RowComposer.
+  void AddRows(std::span<JointRow> block, uint32_t body_a, uint32_t body_b, std::span<const double> given_rates);
   void AddContact(const ContactConstraint& contact);
   /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
   void Step();
@@ -66,6 +73,8 @@ class ContactSolver {
   Motion motion(uint32_t body) const;
   /// N*s on the `body` of the contact that was added as the `contact`th.
   Vector3 Impulse(size_t contact) const;
+  /// Writes impulses back into all rows that were added.
+  void TakeRowImpulses() { composer_.TakeImpulses(); }
 
  private:
   void Grow(uint32_t count);
@@ -77,6 +86,7 @@ class ContactSolver {
   dxThreadingImplementation* threading_;
   dxWorld* world_;
   dxJointGroup* contacts_;
+  RowComposer composer_;
   // ODE walks its bodies from the last created to the first, so that only the number of bodies in use matters.
   std::vector<dxBody*> bodies_;
   std::vector<uint64_t> serials_;       // whose mass each body has now; zero: nobody's

@@ -1,6 +1,7 @@
 #include "world.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "contacts.h"
@@ -9,6 +10,9 @@
 
 namespace genphys::ode_backend {
 namespace {
+
+// An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
+constexpr size_t kAutomaticRowsMax = 160;
 
 // Before a solve too: ODE itself notices in the middle of one, and then its memory for the step is lost.
 void CheckFinite(const Motion& motion) {
@@ -134,34 +138,77 @@ void World::AddNeighbours(const PairRule& rule, GeometryRow a, GeometryRow b) {
                              verdict == PairRule::Verdict::kSensor});
 }
 
-void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) {
+void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                  std::span<JointRow> joint_rows) {
   PrepareThread();
-  MarkContacts(contacts, true);
-  solved_rows_.clear();
+  islands_.Find(state.rows(), rows, contacts, joint_rows);
+  held_rows_.clear();
   for (EntityRow row : rows) {
-    // What touches nothing needs no solver, and ODE would take more time for it than for all the rest.
-    if (bodies_[Index(row)].has_contact) {
-      solved_rows_.push_back(row);
+    // What nothing holds needs no solver, and ODE would take more time for it than for all the rest.
+    if (islands_.IslandOf(row) != Islands::kNone) {
+      held_rows_.push_back(row);
     } else {
       Fly(row, step_size, state);
     }
   }
-  MarkContacts(contacts, false);
+  if (held_rows_.empty()) return;
+  ChooseSolvers(state, contacts, joint_rows);
+  for (const bool direct : {true, false}) SolveGroup(step_size, direct, state, contacts, joint_rows);
+}
+
+// Change of velocity per impulse at a point, 1/kg, at most: whatever the direction of the push.
+void World::NotePush(const Vector3& point, EntityRow row, const StateArrays& state) {
+  const uint32_t island = islands_.IslandOf(row);
+  if (island == Islands::kNone) return;
+  const Body& body = bodies_[Index(row)];
+  const double arm = (point - MotionOf(row, state).position).squaredNorm();
+  const double mobility = 1 / body.mass.mass + arm * body.mass.inverse_tensor.norm();
+  Pushes& pushes = pushes_[island];
+  pushes.easiest = std::max(pushes.easiest, mobility);
+  pushes.hardest = std::min(pushes.hardest, mobility);
+}
+
+void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts,
+                          std::span<const JointRow> joint_rows) {
+  pushes_.assign(islands_.islands().size(), {});
+  if (solver_.solver() == Solver::kIterative) return;
+  if (solver_.solver() == Solver::kAutomatic && joint_rows.empty()) return;
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor) continue;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      for (const EntityRow row : {pair.entity_a, pair.entity_b}) NotePush(contacts.points[i].position, row, state);
+    }
+  }
+  for (const JointRow& row : joint_rows) {
+    if (row.kind != JointRow::Kind::kLinear) continue;
+    for (const EntityRow side : {row.a, row.b}) NotePush(row.point, side, state);
+  }
+  for (size_t i = 0; i < pushes_.size(); ++i) {
+    const Islands::Island& island = islands_.islands()[i];
+    // Stacks are what the direct solver is worst at, and joints what it is best at.
+    const bool is_wanted = solver_.solver() == Solver::kDirect ||
+                           (island.joint_rows > 0 && 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax);
+    const double spread = pushes_[i].easiest > 0 ? pushes_[i].easiest / pushes_[i].hardest : 1;
+    pushes_[i].is_direct = is_wanted && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
+  }
+}
+
+void World::SolveGroup(double step_size, bool direct, StateArrays& state, ContactBuffer& contacts,
+                       std::span<JointRow> joint_rows) {
+  solved_rows_.clear();
+  for (EntityRow row : held_rows_) {
+    if (pushes_[islands_.IslandOf(row)].is_direct == direct) solved_rows_.push_back(row);
+  }
   if (solved_rows_.empty()) return;
   solver_.Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
   LoadBodies(state);
+  solver_.Reserve(CountContacts(contacts), joint_rows.size(), direct);
   LoadContacts(state, contacts);
+  LoadRows(state, joint_rows);
   solver_.Step();
   StoreImpulses(contacts);
+  solver_.TakeRowImpulses();
   StoreBodies(state);
-}
-
-void World::MarkContacts(const ContactBuffer& contacts, bool has_contact) {
-  for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor) continue;
-    bodies_[Index(pair.entity_a)].has_contact = has_contact;
-    bodies_[Index(pair.entity_b)].has_contact = has_contact;
-  }
 }
 
 void World::Fly(EntityRow row, double step_size, StateArrays& state) {
@@ -201,35 +248,36 @@ World::Side World::SideOf(EntityRow row, const StateArrays& state) const {
   return {body.solved_as, motion.position, motion.linear_velocity, motion.angular_velocity};
 }
 
-// Change of velocity per impulse at a point, 1/kg, at most: whatever the direction of the push.
-double World::MobilityAt(const Vector3& point, EntityRow row, const StateArrays& state) const {
-  const Body& body = bodies_[Index(row)];
-  if (body.solved_as == kUnsolved) return 0;
-  const double arm = (point - MotionOf(row, state).position).squaredNorm();
-  return 1 / body.mass.mass + arm * body.mass.inverse_tensor.norm();
+size_t World::CountContacts(const ContactBuffer& contacts) const {
+  size_t count = 0;
+  for (const ContactPair& pair : contacts.pairs) count += pair.is_sensor ? 0 : pair.point_count;
+  return count;
 }
 
-double World::MobilitySpread(const StateArrays& state, const ContactBuffer& contacts) const {
-  double highest = 0, lowest = std::numeric_limits<double>::infinity();
-  for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor) continue;
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
-        const double mobility = MobilityAt(contacts.points[i].position, row, state);
-        if (mobility == 0) continue;
-        highest = std::max(highest, mobility);
-        lowest = std::min(lowest, mobility);
-      }
+// Where each row of a block starts from when the other side moves by itself.
+void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
+  const auto side_of = [&](EntityRow row) {
+    // The world and entities without physics stand still.
+    const bool is_body = Index(row) < bodies_.size() && !bodies_[Index(row)].id.is_null();
+    return is_body ? SideOf(row, state) : Side{};
+  };
+  for (size_t first = 0; first < joint_rows.size(); first += joint_rows[first].block) {
+    const std::span<JointRow> block = joint_rows.subspan(first, joint_rows[first].block);
+    const Side a = side_of(block[0].a), b = side_of(block[0].b);
+    if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
+    std::array<double, 3> given_rates{};
+    for (size_t i = 0; i < block.size(); ++i) {
+      const JointRow& row = block[i];
+      const bool is_geared = row.kind == JointRow::Kind::kGeared;
+      if (a.solved_as == kUnsolved) given_rates[i] += a.RateOf(row, is_geared ? row.axis : -row.axis);
+      if (b.solved_as == kUnsolved) given_rates[i] += b.RateOf(row, is_geared ? row.axis_b : row.axis);
     }
+    solver_.AddRows(block, a.solved_as, b.solved_as, given_rates);
   }
-  return highest > 0 ? highest / lowest : 1;
 }
 
 void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
-  size_t count = 0;
-  for (const ContactPair& pair : contacts.pairs) count += pair.is_sensor ? 0 : pair.point_count;
-  solver_.ReserveContacts(count, solver_.may_be_direct() ? MobilitySpread(state, contacts) : 1);
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
     const Side a = SideOf(pair.entity_a, state);

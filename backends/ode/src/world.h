@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "broad_phase.h"
 #include "contact_solver.h"
 #include "genphys/backend.h"
+#include "genphys/islands.h"
 #include "shapes.h"
 
 namespace genphys::ode_backend {
@@ -23,7 +25,8 @@ class World final : public BackendWorld {
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
   void SetStepper(const StepperSettings& settings) override { solver_.SetStepper(settings); }
   void Collide(const PairRule& rule, ContactBuffer& contacts) override;
-  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts) override;
+  void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+             std::span<JointRow> joint_rows) override;
   void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
                 std::span<RayHit> hits) override;
   void FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) override;
@@ -39,7 +42,6 @@ class World final : public BackendWorld {
     MotionType motion_type = MotionType::kStatic;
     bool is_active = false;
     bool is_centered = true;         // the centre of mass is the origin of the entity's frame
-    bool has_contact = false;        // during a solve
     uint32_t solved_as = kUnsolved;  // place in the solver, during a solve
     MassProperties mass;
     std::vector<GeometryRow> geometries;
@@ -70,6 +72,16 @@ class World final : public BackendWorld {
     Vector3 angular_velocity = Vector3::Zero();  // rad/s
 
     Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
+    double RateOf(const JointRow& row, const Vector3& axis) const {
+      return axis.dot(row.kind == JointRow::Kind::kLinear ? VelocityAt(row.point) : angular_velocity);
+    }
+  };
+
+  // What pushes meet in an island, 1/kg, and how it is solved for that.
+  struct Pushes {
+    double easiest = 0;
+    double hardest = std::numeric_limits<double>::infinity();
+    bool is_direct = false;
   };
 
   const Body& body_of(GeometryRow row) const { return bodies_[Index(shapes_[Index(row)].entity())]; }
@@ -77,13 +89,16 @@ class World final : public BackendWorld {
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
   void UpdateNeighbours(const PairRule& rule);
   void AddNeighbours(const PairRule& rule, GeometryRow a, GeometryRow b);
-  void MarkContacts(const ContactBuffer& contacts, bool has_contact);
+  void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
+  void SolveGroup(double step_size, bool direct, StateArrays& state, ContactBuffer& contacts,
+                  std::span<JointRow> joint_rows);
   void LoadBodies(const StateArrays& state);
+  void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
   void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
+  size_t CountContacts(const ContactBuffer& contacts) const;
   void LoadContact(const ContactPoint& point, uint32_t index, const Side& a, const Side& b);
   Side SideOf(EntityRow row, const StateArrays& state) const;
-  double MobilityAt(const Vector3& point, EntityRow row, const StateArrays& state) const;
-  double MobilitySpread(const StateArrays& state, const ContactBuffer& contacts) const;
+  void NotePush(const Vector3& point, EntityRow row, const StateArrays& state);
   void StoreImpulses(ContactBuffer& contacts) const;
   void StoreBodies(StateArrays& state);
   void Fly(EntityRow row, double step_size, StateArrays& state);
@@ -106,7 +121,10 @@ class World final : public BackendWorld {
   // Kept between calls for their memory only.
   std::vector<Neighbours> new_neighbours_;
   std::vector<Neighbours> merged_neighbours_;
-  std::vector<EntityRow> solved_rows_;
+  std::vector<EntityRow> held_rows_;
+  std::vector<EntityRow> solved_rows_;  // of the group that is being solved
+  Islands islands_;
+  std::vector<Pushes> pushes_;  // by island
   std::vector<Solved> solved_;
 };
 

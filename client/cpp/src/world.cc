@@ -123,6 +123,38 @@ Result<std::vector<EntityInfo>> World::ListEntities() const {
   return entities;
 }
 
+Result<JointId> World::Join(const JointDesc& joint) {
+  const Command command = CreateJoint{joint};
+  const Result<std::vector<CreatedId>> created = Apply({&command, 1});
+  if (!created.ok()) return created.status();
+  return JointId(created->front());
+}
+
+Status World::UpdateJoint(JointId id, const JointDesc& joint, JointFields fields) {
+  return ApplyOne(genphys::UpdateJoint{id, joint, fields});
+}
+
+Status World::Unjoin(JointId id) { return ApplyOne(DeleteJoint{id}); }
+
+Result<std::vector<JointInfo>> World::ListJoints() const {
+  std::vector<JointInfo> joints;
+  v1::ListJointsRequest request;
+  request.set_world(name_);
+  request.set_page_size(kPageSize);
+  do {
+    v1::ListJointsResponse response;
+    GENPHYS_RETURN_IF_ERROR(connection_->Call(connection_->simulation(), &Simulation::ListJoints, request, &response));
+    for (int i = 0; i < response.joints_size(); ++i) {
+      Result<JointDesc> desc = DecodeJoint(response.joints(i));
+      if (!desc.ok()) return desc.status();
+      const JointState state = i < response.states_size() ? DecodeJointState(response.states(i)) : JointState{};
+      joints.push_back({JointId::FromPacked(response.joints(i).id()), *std::move(desc), state});
+    }
+    request.set_page_token(response.next_page_token());
+  } while (!request.page_token().empty());
+  return joints;
+}
+
 Status World::ApplyForce(const genphys::ApplyForce& force) {
   v1::Command command;
   EncodeCommand(force, &command);
@@ -148,13 +180,13 @@ Status World::SetEngine(const std::string& engine) { return ApplyOne(genphys::Se
 
 Status World::ApplyOne(Command command) { return Apply({&command, 1}).status(); }
 
-Result<std::vector<EntityId>> World::Apply(std::span<const Command> commands) {
+Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   v1::StepRequest request;
   request.set_steps(0);
   for (const Command& command : commands) EncodeCommand(command, request.add_commands());
   Result<std::shared_ptr<v1::StepResponse>> response = CallStep(std::move(request));
   if (!response.ok()) return response.status();
-  std::vector<EntityId> created;
+  std::vector<CreatedId> created;
   for (const v1::CommandResult& result : (*response)->results()) {
     created.push_back(EntityId::FromPacked(result.created_id()));
   }

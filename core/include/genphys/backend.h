@@ -10,6 +10,7 @@
 #include "genphys/contact.h"
 #include "genphys/entity.h"
 #include "genphys/inertia.h"
+#include "genphys/joint_row.h"
 #include "genphys/pair_rule.h"
 #include "genphys/query.h"
 #include "genphys/state.h"
@@ -35,8 +36,9 @@ struct BodyDesc {
 
 /// One engine's worth of one world. Called by one thread at a time. Every argument has been validated and checked
 /// against the engine's capabilities. The layer owns gravity, forces, damping, gyroscopic terms, restitution,
-/// sleeping and the motion of kinematic bodies: the engine finds contact points, solves contacts, and moves bodies
-/// with the solved velocities. Any call may throw EngineFault; the layer then discards this object.
+/// sleeping, the motion of kinematic bodies and what joints mean: the engine finds contact points, solves contacts and
+/// the rows of joints, and moves bodies with the solved velocities. Any call may throw EngineFault; the layer then
+/// discards this object.
 class BackendWorld {
  public:
   virtual ~BackendWorld() = default;
@@ -61,9 +63,10 @@ class BackendWorld {
   /// Solves `contacts` (as left by Collide) and moves the dynamic `rows` (active, ascending) by `step_size` seconds:
   /// reads velocities of `rows` from `state`, overwrites pose and velocity there, and fills in the impulses.
   /// Velocities include this step's gravity and forces already. Kinematic bodies push with their velocity in `state`;
-  /// the layer moves them. Sensor pairs push nothing.
-  virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state,
-                     ContactBuffer& contacts) = 0;
+  /// the layer moves them. Sensor pairs push nothing. `joint_rows` are solved together with the contacts, and their
+  /// impulses written back.
+  virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                     std::span<JointRow> joint_rows) = 0;
 
   /// Impulses that held these contacts at the last solve, by another engine: a start for the next solve here. Called
   /// once, when all bodies are added; an engine that starts every solve from nothing has no use for it.

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "genphys/joint.h"
 #include "genphys/shape.h"
 
 namespace genphys {
@@ -38,6 +39,10 @@ enum class Feature : uint8_t {
   kDynamicTriangleMesh,
   kDynamicHeightfield,
   kShapeQueries,
+  kJointWheel,
+  kJointSixDof,
+  kJointDistance,
+  kJointGear,
   kCount,
 };
 
@@ -46,6 +51,8 @@ std::string_view NameOf(Feature feature);
 
 /// The feature that `shape` needs.
 Feature FeatureOf(const Shape& shape);
+/// The feature that a joint of this kind needs.
+Feature FeatureOf(const JointKind& kind);
 
 /// What one engine can do, asked before it is called.
 class Capabilities {

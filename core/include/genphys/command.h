@@ -6,6 +6,7 @@
 
 #include "genphys/entity.h"
 #include "genphys/ids.h"
+#include "genphys/joint.h"
 #include "genphys/math.h"
 #include "genphys/stepper.h"
 
@@ -104,8 +105,32 @@ struct ApplyForceColumns {
   std::vector<Vector3> torques;
 };
 
+/// Joins two entities, or one to the world. What the description leaves to the present poses is taken from them now.
+struct CreateJoint {
+  JointDesc joint;
+};
+
+/// Replaces the named `fields` of a joint by those of `joint`; the entities that it joins stay.
+struct UpdateJoint {
+  JointId id;
+  JointDesc joint;
+  JointFields fields;
+};
+
+struct DeleteJoint {
+  JointId id;
+};
+
+/// Targets of the first motor of each joint: parallel columns.
+struct SetMotorColumns {
+  std::vector<JointId> ids;
+  std::vector<double> velocities;  // m/s or rad/s
+  std::vector<double> positions;   // m or rad, of motors that drive to a position; empty: kept
+};
+
 /// The only way to change a world.
-using Command = std::variant<CreateEntity, UpdateEntity, DeleteEntity, ApplyForce, ApplyImpulse, SetVelocity, SetPose,
-                             SetGravity, SetStepper, SetEngine, ApplyForceColumns>;
+using Command =
+    std::variant<CreateEntity, UpdateEntity, DeleteEntity, ApplyForce, ApplyImpulse, SetVelocity, SetPose, SetGravity,
+                 SetStepper, SetEngine, ApplyForceColumns, CreateJoint, UpdateJoint, DeleteJoint, SetMotorColumns>;
 
 }  // namespace genphys

@@ -19,6 +19,7 @@ struct EventKinds {
   bool sensors = true;
   bool sleeping = true;
   bool moving = false;  // started, stopped
+  bool joints = true;   // broken ones
   bool changes = true;  // entities created, updated, deleted
   bool operator==(const EventKinds&) const = default;
 };
@@ -83,6 +84,13 @@ struct EntityStoppedMoving {
 struct EntityFaulted {
   EntityId id;
 };
+/// Held more than it may in a step, and is gone. A null id in the pair is the world.
+struct JointBroke {
+  JointId joint;
+  EntityPair pair;    // as the joint names them
+  double force = 0;   // N, mean over the step
+  double torque = 0;  // N*m, about the joint frame of b
+};
 /// As it was at that moment, defaults filled in.
 struct EntityCreated {
   EntityId id;
@@ -100,7 +108,7 @@ struct EntityDeleted {
 /// The order of the alternatives is the canonical order of kinds within a step.
 using EventKind = std::variant<EntityCreated, EntityUpdated, EntityDeleted, ContactBegan, ContactPersisted,
                                ContactEnded, SensorEntered, SensorLeft, EntityWoke, EntitySlept, EntityStartedMoving,
-                               EntityStoppedMoving, EntityFaulted>;
+                               EntityStoppedMoving, EntityFaulted, JointBroke>;
 
 struct Event {
   uint64_t sequence = 0;  // dense per world and epoch, from 1

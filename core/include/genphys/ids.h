@@ -29,6 +29,25 @@ class Id {
 };
 
 using EntityId = Id<struct EntityTag>;
+using JointId = Id<struct JointTag>;
+
+/// What a command created: an entity or a joint, as the command says, or null.
+class CreatedId {
+ public:
+  constexpr CreatedId() = default;
+  template <typename Tag>
+  constexpr CreatedId(Id<Tag> id) : packed_(id.packed()) {}
+  template <typename Tag>
+  constexpr operator Id<Tag>() const {
+    return Id<Tag>::FromPacked(packed_);
+  }
+  constexpr uint64_t packed() const { return packed_; }
+  constexpr bool is_null() const { return packed_ == 0; }
+  constexpr bool operator==(const CreatedId&) const = default;
+
+ private:
+  uint64_t packed_ = 0;
+};
 
 /// Row of an entity in StateArrays: the slot of its id. Stable until removal.
 enum class EntityRow : uint32_t {};

@@ -6,16 +6,29 @@
 #include "genphys/command.h"
 #include "genphys/event.h"
 #include "genphys/ids.h"
+#include "genphys/joint.h"
 
 namespace genphys {
 
 /// Hands out ids: lowest free slot first, each tenant of a slot with a new generation. An exhausted slot is retired.
-struct IdAllocator {
+class IdAllocator {
+ public:
+  template <typename Tag>
+  Id<Tag> Allocate() {
+    const uint32_t slot = AllocateSlot();
+    return Id<Tag>(slot, generations[slot]);
+  }
+  template <typename Tag>
+  void Free(Id<Tag> id) {
+    FreeSlot(id.index());
+  }
+
   std::vector<uint32_t> generations;  // of the next or present tenant, by slot
   std::vector<uint32_t> free_slots;   // a heap with the lowest on top
 
-  EntityId Allocate();
-  void Free(EntityId id);
+ private:
+  uint32_t AllocateSlot();
+  void FreeSlot(uint32_t slot);
 };
 
 /// A force that still acts. `point` is in the frame of the entity; force and torque are as `coordinates` says.
@@ -49,6 +62,8 @@ struct LayerState {
   std::vector<uint8_t> faulted;        // left the bounds and was disabled, by row
   std::vector<TouchingPair> touching;  // ascending
   std::vector<PendingForce> forces;    // in order of command
+  IdAllocator joint_ids;
+  std::vector<JointState> joints;  // by slot of the joint's id
 };
 
 /// Appends every field of `state` to `bytes`, little-endian.

@@ -22,6 +22,10 @@ struct Limits {
   static constexpr double kInertiaMax = 1e20;
   static constexpr double kRestTimeMax = 1e6;
   static constexpr double kRayLengthMax = 2e7;
+  /// Of a spring, a damper or a motor, in its own unit: N/m, N*s/m, N, or those of rotation.
+  static constexpr double kStiffnessMax = 1e15;
+  static constexpr double kJointAngleMax = 1e4;
+  static constexpr double kGearRatioMax = 1e6;
   /// How far the length of a quaternion or normal may be from one before it is refused; within, it is normalised.
   static constexpr double kUnitLengthTolerance = 1e-3;
   static constexpr unsigned kSubstepsMax = 64;
@@ -29,6 +33,7 @@ struct Limits {
   static constexpr unsigned kForceStepsMax = 1'000'000'000;
   static constexpr unsigned kGeometriesMax = 256;
   static constexpr unsigned kHeightfieldSideMax = 1024;
+  static constexpr unsigned kJointsMax = 1'000'000;
   static constexpr unsigned kEntitiesMax = 1'000'000;
 };
 

@@ -29,8 +29,9 @@ class PairRule final {
     bool is_dynamic = false;  // of a dynamic entity
   };
 
-  /// Symmetric: each side must be in the other's mask; members of one space and of one entity ignore each other,
-  /// and so do two geometries neither of which is dynamic, unless one is a sensor and they are not both static.
+  /// Symmetric: nothing that is disregarded collides; each side must be in the other's mask; members of one space and
+  /// of one entity ignore each other, and so do two geometries neither of which is dynamic, unless one is a sensor and
+  /// they are not both static.
   Verdict Decide(GeometryRow a, GeometryRow b) const;
 
   /// Whether a ray that collides with `bits` sees this geometry. Sensors are never seen.
@@ -47,12 +48,17 @@ class PairRule final {
   std::vector<GeometryRow> Add(EntityRow entity, EntityId id, const RigidBody& body);
   void Remove(std::span<const GeometryRow> rows);
 
+  /// From now on the two entities ignore each other, until as many calls of Regard().
+  void Disregard(EntityRow a, EntityRow b);
+  void Regard(EntityRow a, EntityRow b);
+
  private:
   uint32_t SpaceRoot(const std::string& collision_space);
 
   std::vector<GeometryInfo> infos_;
   std::vector<GeometryRow> free_;
   std::unordered_map<std::string, uint32_t> space_roots_;
+  std::unordered_map<uint64_t, uint32_t> disregarded_;  // how often, by both rows
 };
 
 }  // namespace genphys

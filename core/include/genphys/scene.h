@@ -9,6 +9,7 @@
 #include "genphys/event.h"
 #include "genphys/ids.h"
 #include "genphys/inertia.h"
+#include "genphys/joint.h"
 #include "genphys/stepper.h"
 
 namespace genphys {
@@ -32,10 +33,17 @@ struct SceneEntity {
   MassProperties mass;  // meaningful for dynamic bodies
 };
 
+/// A joint as it was asked for, with every default and both frames filled in and its entities named by id.
+struct SceneJoint {
+  JointId id;
+  JointDesc desc;
+};
+
 /// The description of a world: what was asked for, as against what is happening.
 struct Scene {
   WorldDesc world;
   std::vector<std::optional<SceneEntity>> entities;  // by row
+  std::vector<std::optional<SceneJoint>> joints;     // by slot of the joint's id
 };
 
 }  // namespace genphys

@@ -41,7 +41,7 @@ class World {
 
   /// Applies all `commands` in order at the current step boundary, or none: the first that is not valid is refused
   /// with the path commands[i].<field> and nothing has changed. Returns, per command, the id it created or null.
-  Result<std::vector<EntityId>> Apply(std::span<const Command> commands);
+  Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
 
   /// Advances by one step of `step_size` seconds (unset: the stepper's). DIVERGED faults the world: it can be read and
   /// reset, not stepped.
@@ -57,6 +57,7 @@ class World {
   const ContactBuffer& contacts() const { return contacts_; }
   bool faulted() const { return faulted_; }
   uint32_t entity_count() const { return entity_count_; }
+  uint32_t joint_count() const { return joint_count_; }
 
   /// What was recorded since the last call, in canonical order; the caller keeps it.
   std::vector<Event> TakeEvents();
@@ -65,6 +66,8 @@ class World {
   Result<EntityDesc> Describe(EntityId id) const;
   /// OK if `id` names a living entity, else ENTITY_NOT_FOUND or STALE_ID.
   Status CheckId(EntityId id, std::string_view field) const;
+  /// The same of a joint.
+  Status CheckId(JointId id, std::string_view field) const;
 
   /// Closest hits of `rays` among geometries in `collides_with_bits`. UNSUPPORTED_FEATURE without an engine that can.
   Result<std::vector<RayHit>> CastRays(std::span<const Ray> rays, uint64_t collides_with_bits = ~uint64_t{0});
@@ -123,6 +126,18 @@ class World {
   void DetachBody(EntityRow row);
   void Revive(EntityRow row);
 
+  // Joints (world_joints.cc).
+  JointId Join(JointDesc joint);
+  void Rejoin(const UpdateJoint& command);
+  void Unjoin(JointId id);
+  void UnjoinAllOf(EntityId id);
+  JointBroke Break(JointId id);
+  void Drive(const SetMotorColumns& command);
+  Pose PoseOf(const EntityRef& entity) const;
+  void PlaceFrames(JointDesc& joint) const;
+  void SetTouchable(const JointDesc& joint, bool touchable);
+  void WakeJoined(const JointDesc& joint);
+
   // Engine and activity (world.cc).
   void RebuildEngine();
   void AddToEngine(EntityRow row);
@@ -161,6 +176,7 @@ class World {
   bool contacts_stale_ = true;   // something moved, came or changed since the last Collide()
   bool faulted_ = false;
   uint32_t entity_count_ = 0;
+  uint32_t joint_count_ = 0;
   bool record_stats_ = false;
   StepStats stats_;
   std::vector<Event> events_;

@@ -12,7 +12,7 @@ namespace {
 Bytes Encode(const World& world, const v1::FrameRequest& request, const Stamp& stamp) {
   v1::WorldStamp encoded_stamp;
   stamp.Encode(&encoded_stamp);
-  const FrameEncoder frame(world.state(), request, encoded_stamp);
+  const FrameEncoder frame(world, request, encoded_stamp);
   return MakeBytes(frame.size(), [&](char* to) { frame.Write(to); });
 }
 

@@ -25,18 +25,18 @@ Status AboutRequest(const Status& status, std::string_view inner, std::string_vi
   return Refuse(refusal->reason, field, MessageOf(status));
 }
 
-// The place in a list of entities: which epoch, and after which id.
-struct EntityPlace {
+// The place in a list of entities or joints: which epoch, and after which id.
+struct ListPlace {
   uint64_t epoch = 0;
   uint64_t id = 0;
 };
 
-std::string ToText(const EntityPlace& place) { return std::to_string(place.epoch) + ' ' + std::to_string(place.id); }
+std::string ToText(const ListPlace& place) { return std::to_string(place.epoch) + ' ' + std::to_string(place.id); }
 
-std::optional<EntityPlace> PlaceOf(std::string_view token) {
+std::optional<ListPlace> PlaceOf(std::string_view token) {
   const std::optional<std::string> text = DecodePageToken(token);
   if (!text) return std::nullopt;
-  EntityPlace place;
+  ListPlace place;
   const char* const end = text->data() + text->size();
   const auto epoch = std::from_chars(text->data(), end, place.epoch);
   if (epoch.ec != std::errc() || epoch.ptr == end || *epoch.ptr != ' ') return std::nullopt;
@@ -45,14 +45,27 @@ std::optional<EntityPlace> PlaceOf(std::string_view token) {
   return place;
 }
 
-// The first `count` ids above `after`, ascending, and one more if there are more.
-std::vector<EntityId> IdsAfter(const StateArrays& state, EntityId after, size_t count) {
-  std::vector<EntityId> ids;
-  std::copy_if(state.ids.begin(), state.ids.end(), std::back_inserter(ids), [&](EntityId id) { return id > after; });
+// The first `count` of `ids` in ascending order, and one more if there are more.
+template <typename Id>
+std::vector<Id> FirstOf(std::vector<Id> ids, size_t count) {
   const auto end = ids.begin() + static_cast<std::ptrdiff_t>(std::min(ids.size(), count + 1));
   std::partial_sort(ids.begin(), end, ids.end());
   ids.erase(end, ids.end());
   return ids;
+}
+
+std::vector<EntityId> IdsAfter(const StateArrays& state, EntityId after, size_t count) {
+  std::vector<EntityId> ids;
+  std::copy_if(state.ids.begin(), state.ids.end(), std::back_inserter(ids), [&](EntityId id) { return id > after; });
+  return FirstOf(std::move(ids), count);
+}
+
+std::vector<JointId> IdsAfter(const Scene& scene, JointId after, size_t count) {
+  std::vector<JointId> ids;
+  for (const std::optional<SceneJoint>& joint : scene.joints) {
+    if (joint && joint->id > after) ids.push_back(joint->id);
+  }
+  return FirstOf(std::move(ids), count);
 }
 
 }  // namespace
@@ -116,7 +129,7 @@ Status HostedWorld::CheckSteppable() const {
   return Refuse(Reason::kWorldNotPaused, "", "the world plays: pause it before it is stepped");
 }
 
-Result<std::vector<EntityId>> HostedWorld::Apply(std::span<const Command> commands) {
+Result<std::vector<CreatedId>> HostedWorld::Apply(std::span<const Command> commands) {
   GENPHYS_RETURN_IF_ERROR(CheckUsable());
   return world_->Apply(commands);
 }
@@ -130,7 +143,7 @@ Status HostedWorld::Step(std::optional<double> step_size) {
 }
 
 Result<EntityId> HostedWorld::ApplyOne(Command command, std::string_view inner, std::string_view outer) {
-  const Result<std::vector<EntityId>> created = Apply({&command, 1});
+  const Result<std::vector<CreatedId>> created = Apply({&command, 1});
   Publish();
   if (!created.ok()) return AboutRequest(created.status(), inner, outer);
   return created->front();
@@ -176,18 +189,19 @@ Result<v1::GetEntityResponse> HostedWorld::GetEntity(const v1::GetEntityRequest&
   return response;
 }
 
+Result<uint64_t> HostedWorld::PlaceIn(const std::string& page_token) const {
+  if (page_token.empty()) return uint64_t{0};
+  const std::optional<ListPlace> given = PlaceOf(page_token);
+  if (given && given->epoch == epoch_) return given->id;
+  return Refuse(Reason::kInvalidValue, "page_token",
+                "page_token is not of this list: pages go on only until the world is reset");
+}
+
 Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitiesRequest& request) {
-  EntityPlace place{epoch_, 0};
-  if (!request.page_token().empty()) {
-    const std::optional<EntityPlace> given = PlaceOf(request.page_token());
-    if (!given || given->epoch != epoch_) {
-      return Refuse(Reason::kInvalidValue, "page_token",
-                    "page_token is not of this list: pages go on only until the world is reset");
-    }
-    place = *given;
-  }
+  const Result<uint64_t> after = PlaceIn(request.page_token());
+  if (!after.ok()) return after.status();
   const size_t count = PageSize(request.page_size());
-  const std::vector<EntityId> ids = IdsAfter(world_->state(), EntityId::FromPacked(place.id), count);
+  const std::vector<EntityId> ids = IdsAfter(world_->state(), EntityId::FromPacked(*after), count);
   v1::ListEntitiesResponse response;
   size_t bytes = 0;
   for (size_t i = 0; i < ids.size(); ++i) {
@@ -205,11 +219,19 @@ Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitie
 }
 
 Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsRequest& request) {
-  if (!request.page_token().empty()) {
-    return Refuse(Reason::kInvalidValue, "page_token", "page_token is not of this list, which has one page");
-  }
-  // No engine has joints yet, so no command makes one.
+  const Result<uint64_t> after = PlaceIn(request.page_token());
+  if (!after.ok()) return after.status();
+  const size_t count = PageSize(request.page_size());
+  const std::vector<JointId> ids = IdsAfter(world_->scene(), JointId::FromPacked(*after), count);
   v1::ListJointsResponse response;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    if (i == count) {
+      response.set_next_page_token(EncodePageToken(ToText({epoch_, ids[i - 1].packed()})));
+      break;
+    }
+    EncodeJoint(ids[i], world_->scene().joints[ids[i].index()]->desc, response.add_joints());
+    EncodeJointState(ids[i], world_->layer_state().joints[ids[i].index()], response.add_states());
+  }
   stamp().Encode(response.mutable_stamp());
   return response;
 }

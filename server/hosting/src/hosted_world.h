@@ -50,7 +50,7 @@ class HostedWorld {
   // The parts of a Step call; see StepCall.
 
   /// Applies all of `commands` or none.
-  Result<std::vector<EntityId>> Apply(std::span<const Command> commands);
+  Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
   /// WORLD_FAULTED, WORLD_NOT_PAUSED or OK.
   Status CheckSteppable() const;
   Status Step(std::optional<double> step_size);
@@ -79,6 +79,8 @@ class HostedWorld {
   bool faulted() const { return broken_ || world_->faulted(); }
   v1::World::State state() const;
   Status CheckUsable() const;
+  // After which id a page begins.
+  Result<uint64_t> PlaceIn(const std::string& page_token) const;
   // One command; its refusals are told by paths that begin with `outer` in place of `inner`.
   Result<EntityId> ApplyOne(Command command, std::string_view inner, std::string_view outer);
 

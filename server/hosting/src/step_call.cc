@@ -44,12 +44,12 @@ Status StepCall::Begin() {
   hosted_.world().set_record_stats(request_.stats());
   Result<std::vector<Command>> commands = DecodeCommands(request_.commands());
   if (!commands.ok()) return commands.status();
-  const Result<std::vector<EntityId>> created = hosted_.Apply(*commands);
+  const Result<std::vector<CreatedId>> created = hosted_.Apply(*commands);
   if (!created.ok()) {
     hosted_.Publish();
     return created.status();
   }
-  for (const EntityId id : *created) response_.add_results()->set_created_id(id.packed());
+  for (const CreatedId id : *created) response_.add_results()->set_created_id(id.packed());
   if (commands->empty()) return absl::OkStatus();
   has_effect_ = true;
   request_.clear_commands();
@@ -82,7 +82,7 @@ Bytes StepCall::Finish() {
 
 Bytes StepCall::WithFrame() const {
   // The columns go straight to where the reply is sent from.
-  const FrameEncoder frame(hosted_.world().state(), request_.frame(), response_.stamp());
+  const FrameEncoder frame(hosted_.world(), request_.frame(), response_.stamp());
   const size_t rest = response_.ByteSizeLong();
   constexpr int kField = v1::StepResponse::kFrameFieldNumber;
   return MakeBytes(rest + FieldHeaderSize(kField, frame.size()) + frame.size(), [&](char* to) {

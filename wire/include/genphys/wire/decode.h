@@ -43,6 +43,12 @@ Result<ApplyForce> DecodeForce(const v1::ApplyForce& force);
 /// A description: of an entity to create, or of one that the server sent.
 Result<EntityDesc> DecodeEntity(const v1::Entity& entity);
 
+/// A joint to make or change, or one that the server sent.
+Result<JointDesc> DecodeJoint(const v1::Joint& joint);
+
+/// What a joint is doing.
+JointState DecodeJointState(const v1::JointState& state);
+
 /// How time advances, with every default filled in.
 StepperDesc DecodeStepper(const v1::Stepper& stepper);
 

@@ -25,10 +25,19 @@ namespace genphys {
 /// The description with its id; what the description leaves unset stays unset.
 void EncodeEntity(EntityId id, const EntityDesc& desc, v1::Entity* out);
 
+/// The description with its id; what the description leaves unset stays unset.
+void EncodeJoint(JointId id, const JointDesc& desc, v1::Joint* out);
+
+/// What a joint is doing.
+void EncodeJointState(JointId id, const JointState& state, v1::JointState* out);
+
+/// What all joints of the world are doing, in ascending order of id, in the scalars that the frame says.
+void EncodeJointColumns(const World& world, v1::Frame* out);
+
 /// What happened; without `contact_points` those are left out.
 void EncodeEvent(const Event& event, v1::Event* out, bool contact_points = true);
 
-/// The kinds as flags. Joints are never among them: the model has none that break.
+/// The kinds as flags.
 void EncodeKinds(const EventKinds& kinds, v1::EventKinds* out);
 
 /// The command that DecodeCommand() reads back.

@@ -6,6 +6,7 @@
 
 #include "genphys/state.h"
 #include "genphys/v1/frame.pb.h"
+#include "genphys/world.h"
 
 namespace genphys {
 
@@ -14,7 +15,12 @@ namespace genphys {
 /// `state` and `request` stay as they are until it is written.
 class FrameEncoder {
  public:
-  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp);
+  /// Without joints.
+  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
+      : FrameEncoder(state, request, stamp, nullptr) {}
+  /// With the joints of the world, if they are asked for.
+  FrameEncoder(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
+      : FrameEncoder(world.state(), request, stamp, request.joints() ? &world : nullptr) {}
 
   /// Bytes of the message.
   size_t size() const { return size_; }
@@ -22,6 +28,9 @@ class FrameEncoder {
   char* Write(char* to) const;
 
  private:
+  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+               const World* joints_of);
+
   // A column of the message: `width` scalars per row, of one or two columns of the model side by side.
   struct Column {
     int field = 0;
@@ -33,7 +42,7 @@ class FrameEncoder {
 
   void ChooseRows(const v1::FrameRequest& request);
   void ChooseColumns(const v1::FrameRequest& request);
-  void MakeHead(const v1::WorldStamp& stamp);
+  void MakeHead(const v1::WorldStamp& stamp, const World* joints_of);
   size_t row(size_t i) const { return rows_.empty() ? i : rows_[i]; }
   size_t ColumnBytes(const Column& column) const;
   void WriteIds(char* to) const;
@@ -46,7 +55,7 @@ class FrameEncoder {
   size_t count_ = 0;
   std::vector<uint32_t> rows_;  // in ascending order of their ids; empty: the first count_
   std::vector<Column> columns_;
-  std::string head_;  // all fields but the columns
+  std::string head_;  // all fields but the columns of entities
   size_t size_ = 0;
 };
 

@@ -41,12 +41,12 @@ struct Stats {
 
 /// What came of a step.
 struct StepResult {
-  Stamp stamp;                    // after the last step
-  std::vector<EntityId> created;  // one per command, null where it created nothing
-  Frame frame;                    // without rows unless asked for
-  std::vector<Event> events;      // if asked for
-  uint64_t last_sequence = 0;     // of the last event looked at
-  std::optional<Stats> stats;     // if asked for
+  Stamp stamp;                     // after the last step
+  std::vector<CreatedId> created;  // one per command, null where it created nothing
+  Frame frame;                     // without rows unless asked for
+  std::vector<Event> events;       // if asked for
+  uint64_t last_sequence = 0;      // of the last event looked at
+  std::optional<Stats> stats;      // if asked for
 };
 
 /// What a world is and where it stands.
@@ -62,6 +62,13 @@ struct WorldInfo {
 struct EntityInfo {
   EntityId id;
   EntityDesc entity;
+};
+
+/// A joint with its id, and what it was doing when asked for.
+struct JointInfo {
+  JointId id;
+  JointDesc joint;
+  JointState state;
 };
 
 /// A world on a server. Safe to use from several threads. A refusal has the reason and the field path that the server
@@ -92,6 +99,14 @@ class World {
   /// All of them, in order of id.
   Result<std::vector<EntityInfo>> ListEntities() const;
 
+  /// Joins two entities, or one to the world.
+  Result<JointId> Join(const JointDesc& joint);
+  /// Replaces the named fields of a joint.
+  Status UpdateJoint(JointId id, const JointDesc& joint, JointFields fields);
+  Status Unjoin(JointId id);
+  /// All of them, in order of id.
+  Result<std::vector<JointInfo>> ListJoints() const;
+
   Status ApplyForce(const genphys::ApplyForce& force);
   Status ApplyImpulse(const genphys::ApplyImpulse& impulse);
   Status SetVelocity(const genphys::SetVelocity& velocity);
@@ -102,7 +117,7 @@ class World {
   /// Moves the world to another engine between two steps, state kept: "ode", "bullet", "none".
   Status SetEngine(const std::string& engine);
   /// All in order, or none. Returns, per command, the id that it created or null.
-  Result<std::vector<EntityId>> Apply(std::span<const Command> commands);
+  Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
 
   /// Commands in, `steps` steps, a frame and events out, in one round trip.
   Result<StepResult> Step(uint32_t steps = 1, const StepOptions& options = {});

@@ -1,0 +1,113 @@
+#include "direct_solve.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace genphys::bullet_backend {
+namespace {
+
+constexpr int kSweepsMax = 300;
+// m/s or rad/s: sweeps end once nothing changes by more.
+constexpr double kSettled = 1e-13;
+
+}  // namespace
+
+void DirectSolve::Add(btSolverConstraint& row, int bounded_by, double softness) {
+  const btSolverBody& a = bodies_[row.m_solverBodyIdA];
+  const btSolverBody& b = bodies_[row.m_solverBodyIdB];
+  Row& added = rows_.emplace_back();
+  added.constraint = &row;
+  added.bounded_by = bounded_by;
+  added.a = {row.m_solverBodyIdA, row.m_contactNormal1, row.m_relpos1CrossNormal,
+             row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA};
+  added.b = {row.m_solverBodyIdB, row.m_contactNormal2, row.m_relpos2CrossNormal,
+             row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB};
+  const btScalar mobility = Dot(added.a, added.a) + Dot(added.b, added.b);
+  // Bullet keeps a row's softness in units of the inverse of its diagonal.
+  added.softness = row.m_cfm / row.m_jacDiagABInv + softness * mobility;
+}
+
+double DirectSolve::Dot(const Part& x, const Part& y) {
+  if (x.body != y.body) return 0;
+  return x.linear.dot(y.linear_gain) + x.angular.dot(y.angular_gain);
+}
+
+Eigen::MatrixXd DirectSolve::Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const {
+  Eigen::MatrixXd matrix(of.size(), by.size());
+  for (size_t i = 0; i < of.size(); ++i) {
+    const Row& x = rows_[of[i]];
+    for (size_t j = 0; j < by.size(); ++j) {
+      const Row& y = rows_[by[j]];
+      matrix(i, j) = Dot(x.a, y.a) + Dot(x.a, y.b) + Dot(x.b, y.a) + Dot(x.b, y.b);
+      if (of[i] == by[j]) matrix(i, j) += x.softness;
+    }
+  }
+  return matrix;
+}
+
+Eigen::VectorXd DirectSolve::Wanted(const std::vector<size_t>& of) const {
+  Eigen::VectorXd wanted(of.size());
+  for (size_t i = 0; i < of.size(); ++i) {
+    const btSolverConstraint& constraint = *rows_[of[i]].constraint;
+    wanted[i] = constraint.m_rhs / constraint.m_jacDiagABInv;
+  }
+  return wanted;
+}
+
+void DirectSolve::Sweep(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
+                        const std::vector<size_t>& bounded, Eigen::VectorXd& impulses) const {
+  // Impulses of the rows that bound others, by row.
+  std::vector<Eigen::Index> place(rows_.size());
+  for (size_t i = 0; i < bounded.size(); ++i) place[bounded[i]] = static_cast<Eigen::Index>(i);
+  for (int sweep = 0; sweep < kSweepsMax; ++sweep) {
+    double largest = 0;
+    for (Eigen::Index i = 0; i < impulses.size(); ++i) {
+      const Row& row = rows_[bounded[static_cast<size_t>(i)]];
+      const double scale = row.bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(row.bounded_by)]]);
+      const double lacking = wanted[i] - matrix.col(i).dot(impulses);
+      const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), scale * row.constraint->m_lowerLimit,
+                                        scale * row.constraint->m_upperLimit);
+      largest = std::max(largest, std::abs(impulse - impulses[i]) * matrix(i, i));
+      impulses[i] = impulse;
+    }
+    if (largest <= kSettled) return;
+  }
+}
+
+void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows_[rows[i]];
+    const double impulse = impulses[static_cast<Eigen::Index>(i)];
+    const double change = impulse - row.constraint->m_appliedImpulse;
+    row.constraint->m_appliedImpulse = impulse;
+    for (const Part* part : {&row.a, &row.b}) {
+      bodies_[part->body].internalApplyImpulse(part->linear_gain, part->angular_gain, change);
+    }
+  }
+}
+
+bool DirectSolve::Run() {
+  std::vector<size_t> free, bounded;
+  for (size_t i = 0; i < rows_.size(); ++i) {
+    const bool is_free = rows_[i].bounded_by == kFree && std::isinf(rows_[i].constraint->m_lowerLimit) &&
+                         std::isinf(rows_[i].constraint->m_upperLimit);
+    (is_free ? free : bounded).push_back(i);
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> factored(Matrix(free, free));
+  const Eigen::MatrixXd coupling = Matrix(free, bounded);
+  // What the free rows do by themselves, and what they answer to each impulse of the others.
+  const Eigen::VectorXd alone = factored.solve(Wanted(free));
+  const Eigen::MatrixXd answer = factored.solve(coupling);
+  Eigen::VectorXd impulses(bounded.size());
+  for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = rows_[bounded[i]].constraint->m_appliedImpulse;
+  Sweep(Matrix(bounded, bounded) - coupling.transpose() * answer, Wanted(bounded) - coupling.transpose() * alone,
+        bounded, impulses);
+  const Eigen::VectorXd answered = alone - answer * impulses;
+  if (!answered.allFinite() || !impulses.allFinite()) return false;
+  Apply(free, answered);
+  Apply(bounded, impulses);
+  return true;
+}
+
+}  // namespace genphys::bullet_backend

@@ -1,0 +1,50 @@
+#pragma once
+#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
+#include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace genphys::bullet_backend {
+
+/// Rows of Bullet's sequential solver, solved all at once: those without bounds by elimination, and what they leave of
+/// the others by sweeps until nothing changes. Bullet's own direct solvers share a flag between all threads, so that a
+/// world could end the solve of another.
+class DirectSolve {
+ public:
+  static constexpr int kFree = -1;
+
+  explicit DirectSolve(btAlignedObjectArray<btSolverBody>& bodies) : bodies_(bodies) {}
+
+  /// Adds a row with its bounds, or with those bounds times the impulse of the row that was added as `bounded_by`.
+  /// `softness` is added to its own, of its mobility.
+  void Add(btSolverConstraint& row, int bounded_by, double softness);
+
+  /// Gives all rows their impulses and the bodies what follows. False, and nothing done: there is no solution in sight.
+  bool Run();
+
+ private:
+  struct Part {
+    int body;
+    btVector3 linear, angular;            // of the row's Jacobian
+    btVector3 linear_gain, angular_gain;  // velocity per impulse
+  };
+  struct Row {
+    btSolverConstraint* constraint;
+    int bounded_by;
+    double softness;  // 1/kg or 1/(kg*m^2)
+    Part a, b;
+  };
+
+  static double Dot(const Part& x, const Part& y);
+  Eigen::MatrixXd Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const;
+  Eigen::VectorXd Wanted(const std::vector<size_t>& of) const;
+  void Sweep(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted, const std::vector<size_t>& bounded,
+             Eigen::VectorXd& impulses) const;
+  void Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses);
+
+  btAlignedObjectArray<btSolverBody>& bodies_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace genphys::bullet_backend

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <limits>
+
+#include "genphys/ids.h"
+#include "genphys/math.h"
+
+namespace genphys {
+
+/// The side of a joint that is no entity: it stands still and nothing moves it.
+inline constexpr EntityRow kWorldRow{~uint32_t{0}};
+
+/// One equation between the velocities of two bodies that a solve has to satisfy as far as the bounds of its impulse
+/// let it: rate + softness * impulse = target. Only dynamic, active bodies are moved; all others go on as they do.
+struct JointRow {
+  static constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+  enum class Kind : uint8_t {
+    kLinear,   // rate = axis * (velocity of b - velocity of a) at `point`; an impulse pushes b there and a back
+    kAngular,  // rate = axis * (spin of b - spin of a)
+    kGeared,   // rate = axis_b * spin of b + axis * spin of a; an impulse turns b along axis_b and a along axis
+  };
+
+  EntityRow a = kWorldRow;
+  EntityRow b = kWorldRow;
+  Kind kind = Kind::kLinear;
+  /// This row and the block - 1 after it are linear at the same point, along perpendicular axes, unbounded and equally
+  /// soft. One: nothing is said.
+  uint8_t block = 1;
+  Vector3 axis = Vector3::UnitZ();   // world; of unit length except in gears
+  Vector3 point = Vector3::Zero();   // world, m
+  Vector3 axis_b = Vector3::Zero();  // world
+  double target = 0;                 // m/s or rad/s
+  double softness = 0;               // 1/kg or 1/(kg*m^2): rate that an impulse of one leaves
+  double lower = -kUnbounded;        // N*s or N*m*s: either none, zero or minus `upper`
+  double upper = kUnbounded;
+  double impulse = 0;  // N*s or N*m*s: what the solve found
+};
+
+}  // namespace genphys

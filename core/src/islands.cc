@@ -1,0 +1,54 @@
+#include "genphys/islands.h"
+
+#include <algorithm>
+
+namespace genphys {
+
+void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
+                   std::span<const JointRow> joint_rows) {
+  parents_.assign(row_count, kNone);
+  held_.assign(row_count, false);
+  numbers_.assign(row_count, kNone);
+  islands_.clear();
+  for (EntityRow row : rows) parents_[Index(row)] = Index(row);
+  for (const ContactPair& pair : contacts.pairs) {
+    if (!pair.is_sensor) Hold(pair.entity_a, pair.entity_b);
+  }
+  for (const JointRow& row : joint_rows) Hold(row.a, row.b);
+
+  for (EntityRow row : rows) {
+    if (!held_[Index(row)]) continue;
+    // The root is the smallest row of its island, so that it has its number first.
+    uint32_t& number = numbers_[RootOf(Index(row))];
+    if (number == kNone) {
+      number = static_cast<uint32_t>(islands_.size());
+      islands_.emplace_back();
+    }
+    numbers_[Index(row)] = number;
+  }
+  for (const ContactPair& pair : contacts.pairs) {
+    const uint32_t island = IslandOf(pair.entity_a, pair.entity_b);
+    if (!pair.is_sensor && island != kNone) islands_[island].contacts += pair.point_count;
+  }
+  for (const JointRow& row : joint_rows) {
+    const uint32_t island = IslandOf(row.a, row.b);
+    if (island != kNone) ++islands_[island].joint_rows;
+  }
+}
+
+uint32_t Islands::RootOf(uint32_t row) {
+  while (parents_[row] != row) row = parents_[row] = parents_[parents_[row]];
+  return row;
+}
+
+void Islands::Hold(EntityRow a, EntityRow b) {
+  const auto is_movable = [&](EntityRow row) { return Index(row) < parents_.size() && parents_[Index(row)] != kNone; };
+  const bool a_moves = is_movable(a), b_moves = is_movable(b);
+  if (a_moves) held_[Index(a)] = true;
+  if (b_moves) held_[Index(b)] = true;
+  if (!a_moves || !b_moves) return;
+  const uint32_t root_a = RootOf(Index(a)), root_b = RootOf(Index(b));
+  parents_[std::max(root_a, root_b)] = std::min(root_a, root_b);
+}
+
+}  // namespace genphys

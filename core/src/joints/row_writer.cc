@@ -1,0 +1,180 @@
+#include "joints/row_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace genphys {
+namespace {
+
+// The part of an error that one substep takes away. The rest of the first order is what a whole one would overshoot by
+// when a solver stops early.
+constexpr double kCorrected = 0.8;
+// No error is taken away faster than this: what was joined far apart comes together without a bang.
+constexpr double kCorrectionSpeedMax = 10;  // m/s
+constexpr double kCorrectionSpinMax = 20;   // rad/s
+// Softness of a hard row, of its own mobility. Where rows say the same thing twice a direct solver divides by what is
+// left; what hangs on such a row gives way by 1e-8 of what it would fall.
+constexpr double kLeastSoftness = 1e-8;
+// m/s or rad/s: a limit that could only be reached faster than this within the step is left out.
+constexpr double kLimitHorizon = 200;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+// The rotation vector of `q`, rad, the short way round.
+Vector3 Log(const Quaternion& q) {
+  const double sign = q.w() < 0 ? -1 : 1;
+  const double sine = q.vec().norm();
+  const double angle = 2 * std::atan2(sine, sign * q.w());
+  return sine > 1e-12 ? Vector3(sign * angle / sine * q.vec()) : Vector3(2 * sign * q.vec());
+}
+
+}  // namespace
+
+Vector3 RowWriter::Offset() const { return a_.frame.orientation.conjugate() * (b_.frame.position - a_.frame.position); }
+
+Quaternion RowWriter::Turn() const { return a_.frame.orientation.conjugate() * b_.frame.orientation; }
+
+Coordinate RowWriter::Along(int i) const {
+  return {.place = static_cast<size_t>(i), .axis = a_.axis(i), .position = Offset()[i]};
+}
+
+double RowWriter::Mobility(const JointRow& row) const {
+  Vector3 turn_a = row.axis, turn_b = row.kind == JointRow::Kind::kGeared ? row.axis_b : row.axis;
+  double linear = 0;
+  if (row.kind == JointRow::Kind::kLinear) {
+    linear = a_.inverse_mass + b_.inverse_mass;
+    turn_a = (row.point - a_.center).cross(row.axis);
+    turn_b = (row.point - b_.center).cross(row.axis);
+  }
+  return linear + turn_a.dot(a_.inverse_tensor * turn_a) + turn_b.dot(b_.inverse_tensor * turn_b);
+}
+
+double RowWriter::Correction(double error, bool is_angular) const {
+  const double bound = is_angular ? kCorrectionSpinMax : kCorrectionSpeedMax;
+  return std::clamp(-kCorrected * error / step_size_, -bound, bound);
+}
+
+JointRow& RowWriter::Add(const Coordinate& coordinate) {
+  JointRow& row = rows_->emplace_back();
+  row.a = a_.row;
+  row.b = b_.row;
+  row.kind = coordinate.is_angular() ? JointRow::Kind::kAngular : JointRow::Kind::kLinear;
+  row.axis = coordinate.axis;
+  row.point = b_.frame.position;
+  row.softness = kLeastSoftness * Mobility(row);
+  return row;
+}
+
+void RowWriter::LockAt(const Coordinate& coordinate, double position) {
+  if (rows_ == nullptr) return;
+  const double error = coordinate.scale * (coordinate.position - position);
+  Add(coordinate).target = Correction(error, coordinate.is_angular());
+}
+
+void RowWriter::LockPoint() {
+  if (rows_ == nullptr) return;
+  for (int i = 0; i < 3; ++i) Lock(Along(i));
+  const auto block = rows_->end() - 3;
+  block->block = 3;
+  const double softness = std::max({block[0].softness, block[1].softness, block[2].softness});
+  for (auto row = block; row != rows_->end(); ++row) row->softness = softness;
+}
+
+void RowWriter::LockAcross() {
+  if (rows_ == nullptr) return;
+  Lock(Along(0));
+  Lock(Along(1));
+  const auto block = rows_->end() - 2;
+  block->block = 2;
+  block[0].softness = block[1].softness = std::max(block[0].softness, block[1].softness);
+}
+
+void RowWriter::LockOrientation() {
+  const Vector3 error = Log(Turn());
+  for (int i = 0; i < 3; ++i) {
+    Lock({.place = static_cast<size_t>(3 + i), .axis = a_.axis(i), .position = error[i]});
+  }
+}
+
+void RowWriter::LockTilt() {
+  const Vector3 z = Turn() * Vector3::UnitZ();
+  // The turn about x and y that would bring z there: the angle itself, so that a wide one is not taken for a small one.
+  const double sine = std::hypot(z.x(), z.y());
+  const double angle = std::atan2(sine, z.z());
+  const double scale = sine > 1e-9 ? angle / sine : 1;
+  const bool is_opposite = sine <= 1e-9 && z.z() < 0;
+  Lock({.place = 3, .axis = a_.axis(0), .position = is_opposite ? std::numbers::pi : -scale * z.y()});
+  Lock({.place = 4, .axis = a_.axis(1), .position = scale * z.x()});
+}
+
+void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
+  double& noted = state_.positions[coordinate.place];
+  if (coordinate.is_angular()) coordinate.position += kTurn * std::round((noted - coordinate.position) / kTurn);
+  noted = coordinate.position;
+  const Vector3 relative = coordinate.is_angular()
+                               ? Vector3(b_.angular_velocity - a_.angular_velocity)
+                               : Vector3(b_.VelocityAt(b_.frame.position) - a_.VelocityAt(b_.frame.position));
+  state_.rates[coordinate.place] = coordinate.axis.dot(relative) / coordinate.scale;
+  if (rows_ == nullptr) return;
+  WriteLimits(coordinate, axis.limits);
+  if (axis.motor) WriteMotor(coordinate, *axis.motor, axis.limits);
+  if (!axis.spring) return;
+  WriteSoft(coordinate, axis.spring->stiffness, axis.spring->damping, axis.spring->rest, 0, JointRow::kUnbounded);
+}
+
+void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limits) {
+  if (limits.lower && limits.upper && *limits.lower >= *limits.upper) return LockAt(coordinate, *limits.lower);
+  const double above = limits.lower ? coordinate.position - *limits.lower : JointRow::kUnbounded;
+  const double below = limits.upper ? *limits.upper - coordinate.position : JointRow::kUnbounded;
+  const bool is_lower = above < below;
+  const double gap = coordinate.scale * std::min(above, below);
+  if (!(gap <= kLimitHorizon * step_size_)) return;
+  JointRow& row = Add(coordinate);
+  // What is left may be used up within the step, and no more.
+  const double speed = gap >= 0 ? -gap / step_size_ : Correction(gap, coordinate.is_angular());
+  row.target = is_lower ? speed : -speed;
+  (is_lower ? row.lower : row.upper) = 0;
+}
+
+void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits) {
+  const double force_max = motor.force_max.value_or(JointRow::kUnbounded);
+  if (motor.target_position) {
+    return WriteSoft(coordinate, motor.stiffness, motor.damping, *motor.target_position, motor.target_velocity,
+                     force_max);
+  }
+  if (force_max == 0) return;
+  // A motor does not fight its own limits: one equation would say what the other forbids.
+  double rate = motor.target_velocity;
+  if (limits.lower) rate = std::max(rate, std::min(0.0, (*limits.lower - coordinate.position) / step_size_));
+  if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
+  JointRow& row = Add(coordinate);
+  row.target = coordinate.scale * rate;
+  row.upper = force_max / coordinate.scale * step_size_;
+  row.lower = -row.upper;
+}
+
+void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
+                          double force_max) {
+  // The force at the end of the step, k (rest - x - h v) + c (rate - v), solved for v.
+  const double implicit = step_size_ * stiffness + damping;
+  if (!(implicit > 0) || force_max == 0) return;
+  JointRow& row = Add(coordinate);
+  row.target = coordinate.scale * (stiffness * (rest - coordinate.position) + damping * rate) / implicit;
+  row.softness = std::max(row.softness, coordinate.scale * coordinate.scale / (step_size_ * implicit));
+  row.upper = force_max / coordinate.scale * step_size_;
+  row.lower = -row.upper;
+}
+
+void RowWriter::LockGear(double ratio) {
+  const Vector3 axis_a = -ratio * a_.axis(2), axis_b = b_.axis(2);
+  state_.rates[5] = axis_a.dot(a_.angular_velocity) + axis_b.dot(b_.angular_velocity);
+  if (rows_ == nullptr) return;
+  JointRow& row = Add({.place = 5});
+  row.kind = JointRow::Kind::kGeared;
+  row.axis = axis_a;
+  row.axis_b = axis_b;
+  row.softness = kLeastSoftness * Mobility(row);
+  row.target = Correction(state_.positions[5], true);
+}
+
+}  // namespace genphys

@@ -1,0 +1,84 @@
+#pragma once
+#include <vector>
+
+#include "genphys/joint.h"
+#include "genphys/joint_row.h"
+
+namespace genphys {
+
+/// One side of a joint as it is now. What cannot be moved has zero inverses.
+struct JointSide {
+  EntityRow row = kWorldRow;
+  Pose frame;                                  // of the joint, world
+  Vector3 center = Vector3::Zero();            // of mass, world
+  Vector3 linear_velocity = Vector3::Zero();   // of the centre of mass, m/s
+  Vector3 angular_velocity = Vector3::Zero();  // rad/s, world
+  double inverse_mass = 0;
+  Matrix3 inverse_tensor = Matrix3::Zero();  // world
+
+  bool is_movable() const { return inverse_mass > 0; }
+  Vector3 axis(int i) const { return frame.orientation.toRotationMatrix().col(i); }
+  Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
+};
+
+/// A coordinate of a joint at the present poses: rate = axis * (relative velocity or spin) / scale.
+struct Coordinate {
+  size_t place = 0;                 // as kJointCoordinates lists them
+  Vector3 axis = Vector3::UnitZ();  // unit length, world
+  double position = 0;              // m or rad
+  double scale = 1;
+  bool is_angular() const { return place >= 3; }
+};
+
+/// Turns what a kind of joint says into rows, and notes its coordinates. All rows along a line act at the origin of
+/// frame b with axes fixed in a: that is the exact rate of the origin of b as seen from a, and no row can change the
+/// momentum of both together.
+class RowWriter {
+ public:
+  /// Without `rows` the coordinates alone are noted in `state`.
+  RowWriter(const JointSide& a, const JointSide& b, double step_size, JointState& state, std::vector<JointRow>* rows)
+      : a_(a), b_(b), step_size_(step_size), state_(state), rows_(rows) {}
+
+  const JointSide& a() const { return a_; }
+  const JointSide& b() const { return b_; }
+
+  /// The origin of b in the axes of frame a, m.
+  Vector3 Offset() const;
+  /// The orientation of frame b in frame a.
+  Quaternion Turn() const;
+  /// The coordinate along the axis `i` of frame a.
+  Coordinate Along(int i) const;
+
+  /// Holds the origins together.
+  void LockPoint();
+  /// Holds the origin of b on the z axis of a.
+  void LockAcross();
+  /// Holds both frames parallel.
+  void LockOrientation();
+  /// Holds both z axes parallel.
+  void LockTilt();
+  /// Holds the coordinate at zero.
+  void Lock(const Coordinate& coordinate) { LockAt(coordinate, 0); }
+  /// Leaves the coordinate free but for what `axis` says, and notes it. Full turns are counted.
+  void Drive(Coordinate coordinate, const JointAxis& axis);
+  /// Ties both spins.
+  void LockGear(double ratio);
+
+ private:
+  void LockAt(const Coordinate& coordinate, double position);
+  void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits);
+  void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
+  void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
+                 double force_max);
+  JointRow& Add(const Coordinate& coordinate);
+  double Mobility(const JointRow& row) const;
+  double Correction(double error, bool is_angular) const;
+
+  const JointSide& a_;
+  const JointSide& b_;
+  double step_size_;
+  JointState& state_;
+  std::vector<JointRow>* rows_;
+};
+
+}  // namespace genphys

@@ -1,0 +1,138 @@
+// How commands change the joints of a world. All were validated before, so nothing here can fail.
+#include <algorithm>
+#include <utility>
+
+#include "cat.h"
+#include "genphys/world.h"
+#include "joint_step.h"
+#include "joints/check_joint.h"
+
+namespace genphys {
+Status World::CheckId(JointId id, std::string_view field) const {
+  if (id.is_null()) return Refuse(Reason::kMissingField, field, Cat(field, " is not set"));
+  const uint32_t slot = id.index();
+  if (slot < layer_.joint_ids.generations.size()) {
+    const std::optional<SceneJoint>& tenant = scene_.joints[slot];
+    if (tenant && tenant->id == id) return absl::OkStatus();
+    if (id.generation() < layer_.joint_ids.generations[slot]) {
+      return Refuse(Reason::kStaleId, field, Cat("joint ", id.packed(), " is gone"));
+    }
+  }
+  return Refuse(Reason::kEntityNotFound, field, Cat("there never was a joint ", id.packed()));
+}
+
+Pose World::PoseOf(const EntityRef& entity) const {
+  return entity.is_world() ? Pose{} : state_.pose(EntityRow{entity.id.index()});
+}
+
+// The frames that the description leaves to the present poses.
+void World::PlaceFrames(JointDesc& joint) const {
+  const bool is_apart =
+      std::holds_alternative<DistanceJoint>(joint.kind) || std::holds_alternative<GearJoint>(joint.kind);
+  const Pose a = PoseOf(joint.entity_a), b = PoseOf(joint.entity_b);
+  const auto inside = [](const Pose& outer, const Pose& pose) {
+    const Quaternion back = outer.orientation.conjugate();
+    return Pose{back * (pose.position - outer.position), (back * pose.orientation).normalized()};
+  };
+  if (is_apart || (!joint.frame_in_a && !joint.frame_in_b)) {
+    if (!joint.frame_in_b) joint.frame_in_b = Pose{};
+    if (is_apart && !joint.frame_in_a) joint.frame_in_a = Pose{};
+  }
+  if (!joint.frame_in_a) joint.frame_in_a = inside(a, b.Transform(*joint.frame_in_b));
+  if (!joint.frame_in_b) joint.frame_in_b = inside(b, a.Transform(*joint.frame_in_a));
+  joint.frame_in_a->orientation.normalize();
+  joint.frame_in_b->orientation.normalize();
+  DistanceJoint* const distance = std::get_if<DistanceJoint>(&joint.kind);
+  if (distance == nullptr || distance->axis != JointAxis{}) return;
+  const double present = (b.Transform(joint.frame_in_b->position) - a.Transform(joint.frame_in_a->position)).norm();
+  distance->axis.limits = {present, present};
+}
+
+JointId World::Join(JointDesc joint) {
+  const JointId id = layer_.joint_ids.Allocate<JointTag>();
+  const uint32_t slot = id.index();
+  if (slot >= scene_.joints.size()) {
+    scene_.joints.resize(slot + 1);
+    layer_.joints.resize(slot + 1);
+  }
+  PlaceFrames(joint);
+  layer_.joints[slot] = JointState{};
+  scene_.joints[slot] = SceneJoint{id, std::move(joint)};
+  ++joint_count_;
+  const JointDesc& desc = scene_.joints[slot]->desc;
+  if (!desc.collide_connected) SetTouchable(desc, false);
+  WakeJoined(desc);
+  return id;
+}
+
+void World::Rejoin(const UpdateJoint& command) {
+  const auto& [id, update, fields] = command;
+  JointDesc& desc = scene_.joints[id.index()]->desc;
+  JointDesc joint = *Merged(desc, update, fields);
+  if (joint.collide_connected != desc.collide_connected) SetTouchable(desc, joint.collide_connected);
+  // Of another kind or elsewhere, its impulses and its turns mean something else.
+  if (joint.kind.index() != desc.kind.index() || fields.Has(JointField::kFrameInA) ||
+      fields.Has(JointField::kFrameInB)) {
+    layer_.joints[id.index()] = JointState{};
+  }
+  desc = std::move(joint);
+  PlaceFrames(desc);
+  WakeJoined(desc);
+}
+
+void World::Unjoin(JointId id) {
+  std::optional<SceneJoint>& joint = scene_.joints[id.index()];
+  WakeJoined(joint->desc);
+  if (!joint->desc.collide_connected) SetTouchable(joint->desc, true);
+  joint.reset();
+  layer_.joints[id.index()] = JointState{};
+  layer_.joint_ids.Free(id);
+  --joint_count_;
+}
+
+void World::UnjoinAllOf(EntityId id) {
+  for (const std::optional<SceneJoint>& joint : scene_.joints) {
+    if (joint && (joint->desc.entity_a.id == id || joint->desc.entity_b.id == id)) Unjoin(JointId(joint->id));
+  }
+}
+
+void World::Drive(const SetMotorColumns& command) {
+  for (size_t i = 0; i < command.ids.size(); ++i) {
+    JointDesc& desc = scene_.joints[command.ids[i].index()]->desc;
+    Motor& motor = *FirstMotor(desc.kind);
+    motor.target_velocity = command.velocities[i];
+    if (!command.positions.empty()) motor.target_position = command.positions[i];
+    WakeJoined(desc);
+  }
+}
+
+// Whether the two entities of a joint may touch each other.
+void World::SetTouchable(const JointDesc& joint, bool touchable) {
+  if (joint.entity_a.is_world() || joint.entity_b.is_world()) return;
+  const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
+  touchable ? rule_.Regard(a, b) : rule_.Disregard(a, b);
+  contacts_stale_ = true;
+  if (engine_ == nullptr) return;
+  for (const EntityRow row : {a, b}) {
+    if (!scene_.entities[Index(row)]->desc->rigid_body) continue;
+    // Engines remember which pairs they have asked the rule about, but not of those who left and came back.
+    engine_->SetActive({&row, 1}, !active_[Index(row)]);
+    engine_->SetActive({&row, 1}, active_[Index(row)]);
+  }
+}
+
+void World::WakeJoined(const JointDesc& joint) {
+  for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
+    if (!entity->is_world()) WakeIslandOf(EntityRow{entity->id.index()});
+  }
+}
+
+JointBroke World::Break(JointId id) {
+  const SceneJoint& joint = *scene_.joints[id.index()];
+  const JointState& state = layer_.joints[id.index()];
+  const JointBroke event{id, {joint.desc.entity_a.id, joint.desc.entity_b.id}, state.force.norm(), state.torque.norm()};
+  Unjoin(id);
+  return event;
+}
+
+}  // namespace genphys

@@ -1,0 +1,173 @@
+// What drives a joint: motors, limits, springs.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(JointsDriving);
+
+constexpr double kGravity = 9.81;
+// Solved all at once: rounding, and the softness of a hard row, 1e-8 of its mobility.
+constexpr double kDirect = 1e-6;
+constexpr double kMoment = 0.4 * 0.25;  // of a ball of 1 kg and half a metre, kg*m^2
+
+JointAxis Driven(double velocity, std::optional<double> force_max = {}) {
+  return {.limits = {}, .motor = Motor{.target_velocity = velocity, .force_max = force_max}, .spring = {}};
+}
+
+TEST_P(JointsDriving, AMotorSpinsAFlywheelUpWithItsTorqueAndHoldsTheSpeed) {
+  constexpr double kTorque = 0.3, kTarget = 5;
+  const auto world = MakeSpace(GetParam());
+  const EntityId wheel = Add(*world, Ball({0, 0, 0}));
+  const JointId joint = Join(*world, ToWorld(wheel, HingeJoint{Driven(kTarget, kTorque)}));
+  Steps(*world, 60);
+  EXPECT_NEAR(SpinOf(*world, wheel).z(), kTorque / kMoment, kDirect * kTarget) << "a second of constant torque";
+  EXPECT_NEAR(StateOf(*world, joint).torque.z(), kTorque, kDirect * kTorque);
+  Steps(*world, 60);
+  EXPECT_NEAR(SpinOf(*world, wheel).z(), kTarget, kDirect * kTarget);
+  EXPECT_NEAR(StateOf(*world, joint).rates[5], kTarget, kDirect * kTarget);
+  EXPECT_LE(StateOf(*world, joint).torque.norm(), kDirect * kTorque) << "nothing slows it down";
+}
+
+TEST_P(JointsDriving, AHingeCountsItsTurns) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId wheel = Add(*world, Ball({0, 0, 0}));
+  const JointId joint = Join(*world, ToWorld(wheel, HingeJoint{Driven(-7)}));
+  Steps(*world, 300);
+  EXPECT_NEAR(StateOf(*world, joint).positions[5], -35, 35 * kDirect);
+}
+
+TEST_P(JointsDriving, AnArmRestsOnTheLimitOfItsHinge) {
+  constexpr double kLimit = 0.7;
+  const auto world = MakeSpace(GetParam());
+  // About y it falls from the horizontal to where the limit holds it.
+  const EntityId arm = Add(*world, Ball({1, 0, 0}, 0.1));
+  HingeJoint hinge;
+  hinge.axis.limits.upper = kLimit;
+  const JointId joint = Join(*world, ToWorld(arm, hinge, FrameAlong(Vector3::UnitY())));
+  for (int i = 0; i < 240; ++i) {
+    Steps(*world, 1);
+    // The turn about a fixed axis is exact.
+    ASSERT_LE(StateOf(*world, joint).positions[5], kLimit + 1e-6) << "step " << i;
+  }
+  EXPECT_NEAR(StateOf(*world, joint).positions[5], kLimit, 1e-6);
+  const double moment = kGravity * std::cos(kLimit);
+  EXPECT_NEAR(StateOf(*world, joint).torque.y(), -moment, kDirect * moment);
+}
+
+TEST_P(JointsDriving, AMotorDoesNotFightTheLimit) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId wheel = Add(*world, Ball({0, 0, 0}));
+  HingeJoint hinge{Driven(3)};
+  hinge.axis.limits.upper = 1;
+  const JointId joint = Join(*world, ToWorld(wheel, hinge));
+  Steps(*world, 120);
+  EXPECT_NEAR(StateOf(*world, joint).positions[5], 1, 1e-6);
+  EXPECT_LE(SpinOf(*world, wheel).norm(), 1e-6);
+}
+
+TEST_P(JointsDriving, ASliderOnASpringSwingsAsTheClosedFormSays) {
+  constexpr double kStiffness = 10, kDamping = 0.5, kMass = 1, kStart = 0.3;
+  const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+  const EntityId box = Add(*world, Crate({0, 0, kStart}, 0.1, kMass));
+  SliderJoint slider;
+  slider.axis.spring = Spring{.stiffness = kStiffness, .damping = kDamping};
+  JointDesc joint = ToWorld(box, slider);
+  joint.frame_in_b = Pose{};
+  const JointId id = Join(*world, joint);
+  const double h = SubstepOf(*world);
+  const double decay = kDamping / (2 * kMass), pulse = std::sqrt(kStiffness / kMass - decay * decay);
+  // The spring is taken at the end of each substep, which is the implicit Euler method.
+  double position = kStart, velocity = 0;
+  for (int i = 1; i <= 60; ++i) {
+    Steps(*world, 1);
+    for (int substep = 0; substep < 2; ++substep) {
+      velocity = (velocity - h / kMass * kStiffness * position) / (1 + h / kMass * (h * kStiffness + kDamping));
+      position += h * velocity;
+    }
+    const double t = i / 60.0;
+    const double exact = kStart * std::exp(-decay * t) * (std::cos(pulse * t) + decay / pulse * std::sin(pulse * t));
+    // Its amplitude decays too fast by w^2 h / 2 per second.
+    const double predicted = kStart * kStiffness / kMass * h / 2 * t;
+    ASSERT_NEAR(PositionOf(*world, box).z(), exact, 2 * predicted + 1e-6) << "at " << t;
+    ASSERT_NEAR(PositionOf(*world, box).z(), position, 1e-7) << "the same on every engine";
+    ASSERT_NEAR(StateOf(*world, id).positions[2], position, 1e-7);
+  }
+}
+
+TEST_P(JointsDriving, ASliderKeepsToItsPathAndItsEnd) {
+  const auto world = MakeSpace(GetParam());
+  // Down a slope of 30 degrees, with its weight beside the path.
+  const Vector3 down(std::cos(M_PI / 6), 0, -std::sin(M_PI / 6));
+  EntityDesc cart = Crate({0, 0, 0}, 0.2, 2);
+  cart.rigid_body->inertia.center_of_mass = Vector3(0, 0.1, 0.3);
+  const EntityId id = Add(*world, cart);
+  SliderJoint slider;
+  slider.axis.limits.upper = 2;
+  const JointId joint = Join(*world, ToWorld(id, slider, FrameAlong(down)));
+  Steps(*world, 30);
+  // Of the symplectic Euler method: half a substep of the acceleration.
+  const double t = 0.5, acceleration = kGravity / 2;
+  EXPECT_NEAR(StateOf(*world, joint).positions[2], acceleration * t * t / 2, acceleration * t * SubstepOf(*world));
+  Steps(*world, 90);
+  EXPECT_NEAR(StateOf(*world, joint).positions[2], 2, 1e-6);
+  EXPECT_LE((PositionOf(*world, id) - 2 * down).norm(), 1e-6);
+  EXPECT_NEAR(StateOf(*world, joint).force.norm(), 2 * kGravity, 2 * kGravity * kDirect);
+}
+
+TEST_P(JointsDriving, AMotorPushesASliderWithNoMoreThanItsForce) {
+  const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+  const EntityId cart = Add(*world, Crate({0, 0, 0}, 0.2, 2));
+  const JointId joint = Join(*world, ToWorld(cart, SliderJoint{Driven(1, 3)}));
+  Steps(*world, 30);
+  EXPECT_NEAR(VelocityOf(*world, cart).z(), 0.75, kDirect);
+  Steps(*world, 30);
+  EXPECT_NEAR(VelocityOf(*world, cart).z(), 1, kDirect);
+  EXPECT_NEAR(StateOf(*world, joint).rates[2], 1, kDirect);
+}
+
+TEST_P(JointsDriving, AMotorDrivesToAPosition) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId arm = Add(*world, Ball({1, 0, 0}, 0.1));
+  HingeJoint hinge;
+  hinge.axis.motor = Motor{.target_position = -0.5, .stiffness = 200, .damping = 40};
+  const JointId joint = Join(*world, ToWorld(arm, hinge, FrameAlong(Vector3::UnitY())));
+  Steps(*world, 600);
+  // At rest the spring carries the weight: k (target - x) = -m g cos(x).
+  const double angle = StateOf(*world, joint).positions[5];
+  EXPECT_NEAR(200 * (-0.5 - angle), -kGravity * std::cos(angle), 1e-4);
+  EXPECT_LE(SpinOf(*world, arm).norm(), 1e-6);
+}
+
+TEST_P(JointsDriving, LiveChangesTakeEffect) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId wheel = Add(*world, Ball({0, 0, 0}));
+  const JointId joint = Join(*world, ToWorld(wheel, HingeJoint{Driven(2)}));
+  Steps(*world, 1);
+  EXPECT_NEAR(SpinOf(*world, wheel).z(), 2, 2 * kDirect);
+
+  UpdateJoint update{.id = joint, .joint = {.kind = HingeJoint{Driven(-4)}}, .fields = {}};
+  update.fields.Add(JointField::kMotor);
+  Do(*world, update);
+  Steps(*world, 1);
+  EXPECT_NEAR(SpinOf(*world, wheel).z(), -4, 4 * kDirect);
+
+  Do(*world, SetMotorColumns{.ids = {joint}, .velocities = {6}, .positions = {}});
+  Steps(*world, 1);
+  EXPECT_NEAR(SpinOf(*world, wheel).z(), 6, 6 * kDirect);
+
+  // Another kind altogether: now it may only slide.
+  update.joint.kind = SliderJoint{};
+  update.fields.Add(JointField::kKind);
+  update.fields.bits &= ~static_cast<uint32_t>(JointField::kMotor);
+  Do(*world, update);
+  Steps(*world, 30);
+  EXPECT_LE(SpinOf(*world, wheel).norm(), 1e-6);
+  EXPECT_LT(PositionOf(*world, wheel).z(), -0.5);
+}
+
+}  // namespace
+}  // namespace genphys::testing

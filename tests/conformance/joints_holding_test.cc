@@ -1,0 +1,134 @@
+// What joints hold: periods, weights, cantilevers.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(JointsHolding);
+
+constexpr double kGravity = 9.81;
+// What islands of joints weigh is solved all at once: rounding, and the softness of a hard row, 1e-8 of its mobility.
+constexpr double kDirect = 1e-6;
+
+double PeriodOf(World& world, EntityId id, int steps) {
+  double first = 0, last = 0, before = PositionOf(world, id).x();
+  int swings = -1;
+  for (int i = 0; i < steps; ++i) {
+    Steps(world, 1);
+    const double x = PositionOf(world, id).x();
+    if (before < 0 && x >= 0) {
+      last = (i - before / (x - before)) * world.scene().world.stepper.step_size;
+      if (++swings == 0) first = last;
+    }
+    before = x;
+  }
+  return (last - first) / swings;
+}
+
+TEST_P(JointsHolding, APendulumHasThePeriodOfTheClosedForm) {
+  constexpr double kAngle = 0.2, kRadius = 0.1;
+  for (const JointKind& kind : {JointKind(BallJoint{}), JointKind(HingeJoint{}), JointKind(DistanceJoint{})}) {
+    const auto world = MakeSpace(GetParam());
+    const EntityId ball = Add(*world, Ball({std::sin(kAngle), 0, -std::cos(kAngle)}, kRadius));
+    const bool is_rod = std::holds_alternative<DistanceJoint>(kind);
+    Join(*world, ToWorld(ball, kind, FrameAlong(Vector3::UnitY())));
+
+    const double period = PeriodOf(*world, ball, 1200);
+
+    // A rod does not turn the ball.
+    const double inertia = 1 + (is_rod ? 0 : 0.4 * kRadius * kRadius);
+    const double small = 2 * M_PI * std::sqrt(inertia / kGravity);
+    const double exact = small * (1 + std::pow(kAngle, 2) / 16 + 11 * std::pow(kAngle, 4) / 3072);
+    // Of the symplectic Euler method: (w h)^2 / 24.
+    const double predicted = std::pow(2 * M_PI / exact * SubstepOf(*world), 2) / 24;
+    EXPECT_NEAR(period, exact, 2 * predicted * exact) << "kind " << kind.index();
+  }
+}
+
+TEST_P(JointsHolding, AHangingChainCarriesAtEachJointWhatHangsBelow) {
+  constexpr int kLinks = 10;
+  const auto world = MakeSpace(GetParam());
+  std::vector<JointId> joints;
+  EntityId above;
+  for (int i = 0; i < kLinks; ++i) {
+    const EntityId link = Add(*world, Body(Capsule{0.05, 0.15}, {0, 0, -0.4 * i - 0.2}));
+    joints.push_back(Join(*world, Between(above, link, BallJoint{}, Pose{{0, 0, i == 0 ? 0 : -0.2}, {1, 0, 0, 0}})));
+    above = link;
+  }
+  Steps(*world, 60);
+  for (int i = 0; i < kLinks; ++i) {
+    const double weight = (kLinks - i) * kGravity;
+    EXPECT_NEAR(StateOf(*world, joints[static_cast<size_t>(i)]).force.z(), weight, kDirect * weight) << "joint " << i;
+  }
+}
+
+TEST_P(JointsHolding, AFixedBeamCarriesItsWeightAndItsMoment) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId beam = Add(*world, Body(Box{{1, 0.1, 0.1}}, {1, 0, 0}, 3));
+  const JointId joint = Join(*world, ToWorld(beam, FixedJoint{}));
+  Steps(*world, 120);
+
+  const double weight = 3 * kGravity;
+  EXPECT_LE((StateOf(*world, joint).force - Vector3(0, 0, weight)).norm(), kDirect * weight);
+  // The origin of frame b is where the beam is held, one metre from its middle.
+  EXPECT_LE((StateOf(*world, joint).torque - Vector3(0, -weight, 0)).norm(), kDirect * weight);
+  EXPECT_LE((PositionOf(*world, beam) - Vector3(1, 0, 0)).norm(), kDirect);
+}
+
+TEST_P(JointsHolding, ABallStopsAtTheEdgeOfItsCone) {
+  constexpr double kSwing = 0.5;
+  const auto world = MakeSpace(GetParam());
+  // Upside down, so that it falls over as far as it may.
+  const EntityId ball = Add(*world, Ball({0.01, 0, 1}, 0.2));
+  const JointId joint = Join(*world, ToWorld(ball, BallJoint{.swing_max = kSwing}));
+  for (int i = 0; i < 600; ++i) {
+    Steps(*world, 1);
+    // The turn within a substep is told to second order only: w^2 h^2 / 2 at the speed of a fall by that angle.
+    const double speed = SpinOf(*world, ball).norm();
+    ASSERT_LE(StateOf(*world, joint).positions[3], kSwing + std::pow(speed * SubstepOf(*world), 2) + 1e-6) << i;
+  }
+  EXPECT_NEAR(StateOf(*world, joint).positions[3], kSwing, 1e-4);
+}
+
+TEST_P(JointsHolding, ARopeIsSlackUntilItIsTaut) {
+  constexpr double kLength = 1;
+  const auto world = MakeSpace(GetParam());
+  const EntityId ball = Add(*world, Ball({0, 0, -0.2}, 0.1));
+  DistanceJoint rope;
+  rope.axis.limits.upper = kLength;
+  const JointId joint = Join(*world, ToWorld(ball, rope));
+  Steps(*world, 20);  // a third of a second: half a metre
+  EXPECT_EQ(StateOf(*world, joint).force.norm(), 0);
+  Steps(*world, 100);
+  // Along the rope the rate is exact, so that nothing but rounding and softness is left.
+  EXPECT_NEAR(GapOf(*world, joint), kLength, 1e-6);
+  EXPECT_NEAR(StateOf(*world, joint).force.z(), kGravity, kDirect * kGravity);
+  EXPECT_NEAR(StateOf(*world, joint).positions[0], kLength, 1e-6);
+}
+
+TEST_P(JointsHolding, WhatIsJoinedDoesNotCollideUnlessItShall) {
+  for (const bool collide : {false, true}) {
+    const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+    const EntityId a = Add(*world, Ball({0, 0, 0})), b = Add(*world, Ball({0.9, 0, 0}));
+    Steps(*world, 1);
+    ASSERT_FALSE(world->contacts().pairs.empty());
+    DistanceJoint free;
+    free.axis.limits.upper = 100;
+    JointDesc joint = Between(a, b, free);
+    joint.collide_connected = collide;
+    const JointId id = Join(*world, joint);
+    Steps(*world, 2);
+    EXPECT_EQ(world->contacts().pairs.empty(), !collide);
+    Do(*world, DeleteJoint{id});
+    Do(*world, SetPose{b, Vector3(0.9, 0, 0), {}});
+    Do(*world, SetPose{a, Vector3(0, 0, 0), {}});
+    Steps(*world, 1);
+    EXPECT_FALSE(world->contacts().pairs.empty()) << "they are strangers again";
+  }
+}
+
+}  // namespace
+}  // namespace genphys::testing

@@ -1,0 +1,140 @@
+// Joints that machines are made of: wheels, universal joints, gears, and six-dof joints with some of them free.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(JointsMachines);
+
+constexpr double kGravity = 9.81;
+// Solved all at once: rounding, and the softness of a hard row, 1e-8 of its mobility.
+constexpr double kDirect = 1e-6;
+
+JointAxis Driven(double velocity, std::optional<double> force_max = {}) {
+  return {.limits = {}, .motor = Motor{.target_velocity = velocity, .force_max = force_max}, .spring = {}};
+}
+
+TEST_P(JointsMachines, AWheelSagsOnItsSuspensionAndIsSteeredWhileItSpins) {
+  constexpr double kMass = 5, kStiffness = 1000, kSteering = 0.4, kSpin = 6;
+  const auto world = MakeSpace(GetParam());
+  const EntityId chassis = Add(*world, Block({0, 0, 2}, {1, 1, 0.1}));
+  const EntityId wheel = Add(*world, Ball({0, 0, 0}, 0.3, kMass));
+  WheelJoint kind;
+  kind.suspension = JointAxis{.limits = {}, .motor = {}, .spring = Spring{.stiffness = kStiffness, .damping = 150}};
+  kind.steering = JointAxis{
+      .limits = {}, .motor = Motor{.target_position = kSteering, .stiffness = 500, .damping = 50}, .spring = {}};
+  kind.spin = Driven(kSpin, 5);
+  JointDesc joint = Between(chassis, wheel, kind, Pose{{0, 0, -2}, {1, 0, 0, 0}});
+  joint.frame_in_b = Pose{};
+  const JointId id = Join(*world, joint);
+  Steps(*world, 600);
+
+  const JointState& state = StateOf(*world, id);
+  EXPECT_NEAR(state.positions[2], -kMass * kGravity / kStiffness, 1e-6);
+  EXPECT_NEAR(state.positions[5], kSteering, 1e-6);
+  EXPECT_NEAR(state.rates[4], kSpin, kSpin * kDirect);
+  // The axle has turned with the steering, and the wheel counts its turns about it.
+  EXPECT_LE((SpinOf(*world, wheel) - kSpin * Vector3(-std::sin(kSteering), std::cos(kSteering), 0)).norm(), 1e-4);
+  EXPECT_GT(state.positions[4], 8 * 2 * M_PI);
+  EXPECT_LE(PositionOf(*world, wheel).head<2>().norm(), 1e-6) << "it keeps to its strut";
+}
+
+TEST_P(JointsMachines, AUniversalJointTransmitsAsTheClosedFormSays) {
+  constexpr double kBend = 0.5, kSpeed = 2;
+  const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+  const Vector3 along(std::sin(kBend), 0, std::cos(kBend));
+  const EntityId input = Add(*world, Ball({0, 0, -1}, 0.2));
+  EntityDesc bent = Ball(along, 0.2);
+  bent.pose.orientation = Quaternion(Eigen::AngleAxisd(kBend, Vector3::UnitY()));
+  const EntityId output = Add(*world, bent);
+  const JointId first = Join(*world, ToWorld(input, HingeJoint{Driven(kSpeed)}, Pose{{0, 0, -1}, {1, 0, 0, 0}}));
+  const JointId second = Join(*world, ToWorld(output, HingeJoint{}, Pose{along, bent.pose.orientation}));
+  JointDesc cross = Between(input, output, UniversalJoint{}, Pose{{0, 0, 1}, {1, 0, 0, 0}});
+  cross.frame_in_b = Pose{{0, 0, -1}, {1, 0, 0, 0}};
+  Join(*world, cross);
+  for (int i = 1; i <= 180; ++i) {
+    Steps(*world, 1);
+    const double in = StateOf(*world, first).positions[5], out = StateOf(*world, second).positions[5];
+    EXPECT_NEAR(in, kSpeed * i / 60, 1e-3) << "step " << i;
+    // The arm x of the input and the arm y of the output stay perpendicular: tan(in) = tan(out) cos(bend).
+    const double expected = std::atan2(std::sin(in), std::cos(in) * std::cos(kBend));
+    // What one substep adds beyond its tangent: acceleration h^2 / 2, of which a fifth is left from each before.
+    const double h = SubstepOf(*world), acceleration = kSpeed * kSpeed * std::tan(kBend) * std::sin(kBend);
+    EXPECT_NEAR(std::remainder(out - expected, 2 * M_PI), 0, 2 * 1.25 * acceleration * h * h / 2) << "step " << i;
+  }
+}
+
+TEST_P(JointsMachines, AGearKeepsItsRatio) {
+  constexpr double kRatio = -2.5, kTorque = 0.2;
+  const auto world = MakeSpace(GetParam());
+  const EntityId a = Add(*world, Ball({0, 0, 0}, 0.5, 2)), b = Add(*world, Ball({2, 0, 0}, 0.3, 1));
+  const Vector3 tilted = Vector3(1, 0, 2).normalized();
+  const JointId axle = Join(*world, ToWorld(a, HingeJoint{}));
+  Join(*world, ToWorld(b, HingeJoint{}, FrameAlong(tilted, {2, 0, 0})));
+  JointDesc gear = Between(a, b, GearJoint{.ratio = kRatio});
+  gear.frame_in_b = FrameAlong(tilted);
+  const JointId id = Join(*world, gear);
+  Do(*world, ApplyForce{.id = a, .torque = {0, 0, kTorque}, .steps = 60});
+  Steps(*world, 60);
+
+  // b weighs on a with its moment times the ratio squared.
+  const double moment_a = 0.4 * 2 * 0.25, moment_b = 0.4 * 0.09;
+  const double expected = kTorque / (moment_a + kRatio * kRatio * moment_b);
+  EXPECT_NEAR(SpinOf(*world, a).z(), expected, expected * kDirect);
+  EXPECT_NEAR(SpinOf(*world, b).dot(tilted), kRatio * expected, std::abs(kRatio) * expected * kDirect);
+  EXPECT_NEAR(StateOf(*world, id).torque.dot(tilted), kRatio * moment_b * expected, kDirect);
+  EXPECT_NEAR(StateOf(*world, id).positions[5], 0, 1e-6) << "it has not slipped";
+  EXPECT_NEAR(StateOf(*world, axle).rates[5], expected, expected * kDirect);
+}
+
+TEST_P(JointsMachines, AGearOnWhatCannotMoveHoldsStill) {
+  const auto world = MakeSpace(GetParam());
+  EntityDesc motor = Ball({0, 0, 0});
+  motor.rigid_body->motion_type = MotionType::kKinematic;
+  const EntityId a = Add(*world, motor), b = Add(*world, Ball({2, 0, 0}));
+  Join(*world, ToWorld(b, HingeJoint{}, Pose{{2, 0, 0}, {1, 0, 0, 0}}));
+  Join(*world, Between(a, b, GearJoint{.ratio = 3}));
+  Do(*world, ApplyForce{.id = b, .torque = {0, 0, 1}, .steps = 60});
+  Steps(*world, 30);
+  EXPECT_LE(SpinOf(*world, b).norm(), 1e-6);
+  Do(*world, SetVelocity{.id = a, .angular = Vector3(0, 0, 2)});
+  Steps(*world, 30);
+  EXPECT_NEAR(SpinOf(*world, b).z(), 6, 6 * kDirect);
+}
+
+TEST_P(JointsMachines, ASixDofJointHoldsWhatIsNotSetAndFreesWhatIs) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId box = Add(*world, Body(Box{{0.2, 0.3, 0.4}}, {0, 0, 0}, 2));
+  SixDofJoint joint;
+  joint.along[0] = JointAxis{.limits = {.lower = -0.5, .upper = 0.5}, .motor = {}, .spring = {}};
+  joint.about[2] = JointAxis{};
+  const JointId id = Join(*world, ToWorld(box, joint));
+  Do(*world, ApplyForce{.id = box, .force = {3, 50, 0}, .torque = {5, 5, 0.5}, .steps = 600});
+  Steps(*world, 120);
+
+  const JointState& state = StateOf(*world, id);
+  EXPECT_NEAR(state.positions[0], 0.5, 1e-6) << "at its limit";
+  EXPECT_LE((PositionOf(*world, box) - Vector3(0.5, 0, 0)).norm(), 1e-6);
+  // Two seconds of constant torque about z.
+  const double moment = 2.0 / 3 * (0.04 + 0.09);
+  EXPECT_NEAR(SpinOf(*world, box).z(), 0.5 * 2 / moment, 1e-4);
+  const Vector3 up = world->state().pose(EntityRow{box.index()}).orientation * Vector3::UnitZ();
+  EXPECT_LE((up - Vector3::UnitZ()).norm(), 1e-6) << "it has not tilted";
+  EXPECT_NEAR(state.force.y(), -50, 50 * kDirect);
+  EXPECT_NEAR(state.force.z(), 2 * kGravity, 20 * kDirect);
+}
+
+TEST_P(JointsMachines, ASixDofJointWithoutAnyAxisIsAFixedOne) {
+  const auto world = MakeSpace(GetParam());
+  const EntityId beam = Add(*world, Body(Box{{1, 0.1, 0.1}}, {1, 0, 0}, 3));
+  const JointId joint = Join(*world, ToWorld(beam, SixDofJoint{}));
+  Steps(*world, 60);
+  EXPECT_LE((StateOf(*world, joint).torque - Vector3(0, -3 * kGravity, 0)).norm(), 30 * kDirect);
+  EXPECT_LE((PositionOf(*world, beam) - Vector3(1, 0, 0)).norm(), kDirect);
+}
+
+}  // namespace
+}  // namespace genphys::testing
