@@ -44,11 +44,11 @@ TEST(BulletBackend, TakesWhatIsSetBeforeWhatThePresetMeans) {
   EXPECT_EQ(substeps(Quality::kFast), 1u);
   EXPECT_EQ(substeps(Quality::kBalanced), 2u);
   EXPECT_EQ(substeps(Quality::kAccurate), 8u);
-  EXPECT_EQ(backend->Resolve({}), (StepperSettings{Solver::kIterative, 2, 10}));
+  EXPECT_EQ(backend->Resolve({}), (StepperSettings{Solver::kAutomatic, 2, 10}));
   StepperDesc own;
   own.substeps = 3;
   own.iterations = 7;
-  EXPECT_EQ(backend->Resolve(own), (StepperSettings{Solver::kIterative, 3, 7}));
+  EXPECT_EQ(backend->Resolve(own), (StepperSettings{Solver::kAutomatic, 3, 7}));
 }
 
 TEST(BulletMotion, FollowsTheVelocityExactly) {

@@ -31,11 +31,12 @@ TEST(Ids, AForgedIdWithoutASlotNamesTheLastOneThatCanNotExist) {
 
 TEST(IdAllocator, TakesTheLowestFreeSlotWithANewGeneration) {
   IdAllocator ids;
-  const EntityId first = ids.Allocate(), second = ids.Allocate(), third = ids.Allocate();
+  const EntityId first = ids.Allocate<EntityTag>(), second = ids.Allocate<EntityTag>(),
+                 third = ids.Allocate<EntityTag>();
   ids.Free(third);
   ids.Free(first);
 
-  const EntityId again = ids.Allocate();
+  const EntityId again = ids.Allocate<EntityTag>();
 
   EXPECT_EQ(again.index(), first.index());
   EXPECT_NE(again, first);
@@ -44,12 +45,12 @@ TEST(IdAllocator, TakesTheLowestFreeSlotWithANewGeneration) {
 
 TEST(IdAllocator, RetiresASlotWhoseGenerationsAreUsedUp) {
   IdAllocator ids;
-  const EntityId first = ids.Allocate();
+  const EntityId first = ids.Allocate<EntityTag>();
   ids.generations[first.index()] = std::numeric_limits<uint32_t>::max() - 1;
 
   ids.Free(EntityId(first.index(), std::numeric_limits<uint32_t>::max() - 1));
 
-  EXPECT_NE(ids.Allocate().index(), first.index());
+  EXPECT_NE(ids.Allocate<EntityTag>().index(), first.index());
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ SI units, right-handed axes with z up, quaternions (w, x, y, z). Everything that
 `GenphysError`.
 """
 
-from . import errors
+from . import errors, joints
 from ._connection import DEFAULT_TIMEOUT_SECONDS
 from ._descriptors import DescriptorsMissing
 from .commands import Batch
@@ -63,6 +63,7 @@ from .events import (
     SensorLeft,
 )
 from .frame import Frame, StepResult, StepStats
+from .joints import Joint, JointInfo
 from .model import (
     AutoDisable,
     Box,
@@ -146,7 +147,9 @@ __all__ = [
     "Heightfield",
     "HistoryGoneError",
     "InvalidValueError",
+    "Joint",
     "JointBroke",
+    "JointInfo",
     "LaunchError",
     "LimitExceededError",
     "MissingFieldError",
@@ -182,5 +185,6 @@ __all__ = [
     "WorldNotPausedError",
     "connect",
     "errors",
+    "joints",
     "launch",
 ]

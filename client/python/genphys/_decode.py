@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import model
+from . import joints, model
 from ._contract import FEATURE, MOTION, WORLD_STATE
 from .frame import stamp_of
 
@@ -42,6 +42,25 @@ def entity_info(message: Any) -> model.EntityInfo:
         mass=_optional(body.inertia, "mass"),
         geometries=tuple(_geometry(each) for each in body.geometries),
         visual=_visual(message),
+    )
+
+
+def joint_info(message: Any, state: Any) -> joints.JointInfo:
+    """Returns the description of a Joint message with its JointState."""
+    return joints.JointInfo(
+        joint=joints.Joint(message.id),
+        entity_a=message.entity_a.id,
+        entity_b=message.entity_b.id,
+        kind=joints.decode(message),
+        frame_in_a=(vector(message.frame_in_a.position), orientation(message.frame_in_a)),
+        frame_in_b=(vector(message.frame_in_b.position), orientation(message.frame_in_b)),
+        collide_connected=message.collide_connected,
+        break_force=_optional(message, "break_force"),
+        break_torque=_optional(message, "break_torque"),
+        positions=tuple(state.positions),
+        rates=tuple(state.rates),
+        force=vector(state.force),
+        torque=vector(state.torque),
     )
 
 

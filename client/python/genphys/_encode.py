@@ -40,6 +40,23 @@ def entity_id(entity: Any) -> int:
         raise TypeError(f"expected an Entity or its id, not {type(entity).__name__}") from None
 
 
+def frame(value: Any, what: str) -> Any:
+    """Returns the Pose of a joint frame: a position, or a pair of position and orientation; None stays None."""
+    if value is None:
+        return None
+    if len(value) == 2:
+        return wire.Pose(position=vector(value[0], what), orientation=quaternion(value[1], what))
+    return wire.Pose(position=vector(value, what))
+
+
+def number_column(values: Any, what: str) -> bytes:
+    """Returns an array of shape (n,) as a byte column; raises ValueError if it has another shape."""
+    array = np.ascontiguousarray(values, "<f8")
+    if array.ndim != 1:
+        raise ValueError(f"{what} has shape {array.shape}, not (n,)")
+    return array.tobytes()
+
+
 def id_column(entities: Any) -> bytes:
     """Returns ids as a byte column; an array of numbers takes the fast way."""
     if isinstance(entities, np.ndarray) and entities.dtype.kind in "iu":
@@ -75,6 +92,7 @@ def frame_request(frame: bool | model.FrameRequest | None) -> Any:
         net_forces=wanted.net_forces,
         entity_ids=[entity_id(each) for each in wanted.entities],
         deltas=wanted.deltas,
+        joints=wanted.joints,
     )
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from . import _encode, model
+from . import _encode, joints, model
 from ._contract import wire
+from .joints import Joint
 from .model import Entity, Quaternion, Vector
 
 if TYPE_CHECKING:
@@ -83,6 +84,75 @@ class Commands:
 
     def _submit(self, command: Any) -> None:
         raise NotImplementedError
+
+    def _join(self, joint: Any) -> Joint:
+        raise NotImplementedError
+
+    def _side(self, entity: Entity | int | None) -> Any:
+        return None if entity is None else wire.EntityRef(id=_encode.entity_id(entity))
+
+    def join(
+        self,
+        entity_a: Entity | int | None,
+        entity_b: Entity | int | None,
+        kind: joints.Kind,
+        *,
+        frame_in_a: Any = None,
+        frame_in_b: Any = None,
+        collide_connected: bool = False,
+        break_force: float | None = None,
+        break_torque: float | None = None,
+    ) -> Joint:
+        """Joins two entities, or one to the world.
+
+        Args:
+            entity_a: One side; None is the world.
+            entity_b: The other side; None is the world.
+            kind: As in `genphys.joints.Hinge(upper=1.0)`.
+            frame_in_a: The joint frame in a: a position in metres, or (position, orientation). None is where the
+                frame in b is now; of a distance and a gear the frame of the entity.
+            frame_in_b: The same in b; when both are None it is the frame of the entity.
+            collide_connected: Whether both may touch each other.
+            break_force: N that it holds at most; None is any.
+            break_torque: N*m about the origin of frame b that it holds at most; None is any.
+        """
+        joint = wire.Joint(
+            entity_a=self._side(entity_a),
+            entity_b=self._side(entity_b),
+            frame_in_a=_encode.frame(frame_in_a, "frame_in_a"),
+            frame_in_b=_encode.frame(frame_in_b, "frame_in_b"),
+            collide_connected=collide_connected,
+            break_force=break_force,
+            break_torque=break_torque,
+            **joints.encode(kind),
+        )
+        return self._join(joint)
+
+    def change_joint(self, joint: Joint | int, kind: joints.Kind) -> None:
+        """Replaces all that the kind of a joint says, or makes it another kind; entities and frames stay."""
+        changed = wire.Joint(id=_encode.entity_id(joint), **joints.encode(kind))
+        update = wire.UpdateJoint(joint=changed)
+        update.update_mask.paths.append(changed.WhichOneof("kind"))
+        self._submit(wire.Command(update_joint=update))
+
+    def remove_joint(self, joint: Joint | int) -> None:
+        """Removes a joint."""
+        self._submit(wire.Command(delete_joint=wire.DeleteJoint(joint_id=_encode.entity_id(joint))))
+
+    def set_motors(self, of: Iterable[Joint | int] | Any, velocities: Any, positions: Any = None) -> None:
+        """Sets the targets of the first motor of many joints: the fast way.
+
+        Args:
+            of: n joints or an array of n ids.
+            velocities: (n,), m/s or rad/s.
+            positions: (n,), m or rad, when all of them drive to a position; None leaves them.
+        """
+        columns = wire.SetMotorColumns(
+            joint_ids=_encode.id_column(of),
+            targets=_encode.number_column(velocities, "velocities"),
+            positions=b"" if positions is None else _encode.number_column(positions, "positions"),
+        )
+        self._submit(wire.Command(set_motors=columns))
 
     def add_sphere(self, *, radius: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a ball of this radius in metres; further keywords: `BodyOptions`, `ShapeOptions`.
@@ -278,6 +348,7 @@ class Batch(Commands):
     def __init__(self) -> None:
         self.commands: list[Any] = []
         self._created: dict[int, Entity] = {}
+        self._joined: dict[int, Joint] = {}
 
     def __len__(self) -> int:
         return len(self.commands)
@@ -291,15 +362,35 @@ class Batch(Commands):
     def _submit(self, command: Any) -> None:
         self.commands.append(command)
 
+    def _join(self, joint: Any) -> Joint:
+        handle = Joint(None)
+        self._joined[len(self.commands)] = handle
+        self._submit(wire.Command(create_joint=wire.CreateJoint(joint=joint)))
+        return handle
+
+    def _side(self, entity: Entity | int | None) -> Any:
+        for index, handle in self._created.items():
+            if handle is entity and handle._id is None:
+                return wire.EntityRef(created_by_command=index)
+        return super()._side(entity)
+
     def _append(self, other: Batch) -> None:
         offset = len(self.commands)
+        for command in other.commands:
+            # Sides that the batch itself creates are named by their place, which is another one now.
+            for side in (command.create_joint.joint.entity_a, command.create_joint.joint.entity_b):
+                if command.HasField("create_joint") and side.WhichOneof("kind") == "created_by_command":
+                    side.created_by_command += offset
         self.commands += other.commands
+        self._joined.update({offset + index: handle for index, handle in other._joined.items()})
         self._created.update({offset + index: handle for index, handle in other._created.items()})
 
     def _settle(self, results: Sequence[Any]) -> tuple[Entity, ...]:
         """Gives the created entities their ids and returns them in order."""
         for index, handle in self._created.items():
             handle._id = results[index].created_id
+        for index, joint in self._joined.items():
+            joint._id = results[index].created_id
         return tuple(self._created[index] for index in sorted(self._created))
 
 

@@ -147,6 +147,30 @@ class Frame:
         return self._column("net_forces", 6)
 
     @property
+    def joint_ids(self) -> NDArray[np.uint64]:
+        """(m,): the joints of the columns below, ascending; empty unless they were asked for."""
+        return np.frombuffer(self._message.joint_ids, "<u8")
+
+    @property
+    def joint_positions(self) -> FloatColumn:
+        """(m, 6): along x y z in metres and about x y z in radians of the joint frame, full turns counted.
+
+        A hinge has the last, a slider the third, a universal joint the fourth and fifth, a wheel the third, the sixth
+        (steering) and the fifth (spin), a ball the fourth (swing) and the sixth (twist), a distance the first.
+        """
+        return self._joint_column("joint_positions")
+
+    @property
+    def joint_rates(self) -> FloatColumn:
+        """(m, 6): rates of the positions, m/s and rad/s."""
+        return self._joint_column("joint_rates")
+
+    @property
+    def joint_forces(self) -> FloatColumn:
+        """(m, 6): force in N and torque in N*m on entity b, mean over the last step, world coordinates."""
+        return self._joint_column("joint_forces")
+
+    @property
     def asleep(self) -> NDArray[np.bool_]:
         """(n,): whether it sleeps. A copy: it travels as bits."""
         bits = np.frombuffer(self._message.asleep, np.uint8)
@@ -168,6 +192,9 @@ class Frame:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} step {self.step}, {self.time:.6g} s, {len(self)} entities>"
+
+    def _joint_column(self, name: str) -> FloatColumn:
+        return np.frombuffer(getattr(self._message, name), _DTYPES[self._message.scalar]).reshape(-1, 6)
 
     def _column(self, name: str, width: int) -> FloatColumn:
         # Kept, because protobuf copies a bytes field each time that it is read.

@@ -270,6 +270,7 @@ class FrameRequest:
         net_forces: Forces and torques that acted in the last step.
         entities: Rows of these (`Entity` or id) alone; empty: all.
         dtype: "float64" or "float32".
+        joints: What all joints of the world do.
         deltas: Of `World.frames`: only what changed is sent; the frames you get are whole all the same.
     """
 
@@ -279,6 +280,7 @@ class FrameRequest:
     entities: Sequence[object] = ()
     dtype: str = "float64"
     deltas: bool = False
+    joints: bool = False
 
 
 class Entity:

@@ -15,6 +15,7 @@ from .commands import Batch, Commands
 from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
 from .frame import RowsCache, StepResult, stamp_of, stats_of
+from .joints import Joint, JointInfo
 from .model import Entity, EntityInfo, Stamp, WorldInfo
 from .queries import Queries
 from .streams import EventStream, FrameStream, Position, Stream
@@ -104,6 +105,17 @@ class World(Commands, Queries):
         while True:
             response = self._connection.call("ListEntities", request, timeout)
             found += [self._learn(_decode.entity_info(each)) for each in response.entities]
+            if not response.next_page_token:
+                return found
+            request.page_token = response.next_page_token
+
+    def joints(self, *, timeout: float | None = None) -> list[JointInfo]:
+        """Returns all joints and what they do now, in order of id."""
+        found: list[JointInfo] = []
+        request = wire.ListJointsRequest(world=self._name, page_size=_PAGE_SIZE)
+        while True:
+            response = self._connection.call("ListJoints", request, timeout)
+            found += [_decode.joint_info(*each) for each in zip(response.joints, response.states)]
             if not response.next_page_token:
                 return found
             request.page_token = response.next_page_token
@@ -251,7 +263,13 @@ class World(Commands, Queries):
         return self._learn(_decode.entity_info(self._connection.call("CreateEntity", request).entity)).entity
 
     def _submit(self, command: Any) -> None:
-        self._connection.call("Step", wire.StepRequest(world=self._name, commands=[command], steps=0))
+        self._send(command)
+
+    def _join(self, joint: Any) -> Joint:
+        return Joint(self._send(wire.Command(create_joint=wire.CreateJoint(joint=joint))).results[0].created_id)
+
+    def _send(self, command: Any) -> Any:
+        return self._connection.call("Step", wire.StepRequest(world=self._name, commands=[command], steps=0))
 
     def _learn(self, info: EntityInfo) -> EntityInfo:
         self._names[info.id] = info.name
