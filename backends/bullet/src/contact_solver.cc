@@ -111,6 +111,9 @@ void ContactSolver::AddManifold(Body* a, Body* b, std::span<const ContactPoint> 
 
 void ContactSolver::Solve(double step_size, bool direct) {
   is_direct_ = direct;
+  // Sweeps follow the slip from step to step, so that one direction is enough for them. What is solved all at once is
+  // held in both: a wheel that is driven one way would drift the other.
+  info_.m_solverMode = SOLVER_USE_WARMSTARTING | (direct ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0);
   info_.m_timeStep = step_size;
   manifold_pointers_.clear();
   int points = 1 + static_cast<int>(rows_.size());
@@ -149,7 +152,9 @@ void ContactSolver::convertContacts(btPersistentManifold** manifolds, int count,
     const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row.m_frictionIndex];
     const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
     const auto& warm = *static_cast<const PointImpulse*>(point.m_userPersistentData);
-    const double wanted = -warm_scale_ * warm.friction.dot(FromBullet(point.m_lateralFrictionDir1));
+    const bool is_second = is_direct_ && i % 2 == 1;
+    const btVector3& direction = is_second ? point.m_lateralFrictionDir2 : point.m_lateralFrictionDir1;
+    const double wanted = -warm_scale_ * warm.friction.dot(FromBullet(direction));
     const double bound = row.m_friction * normal.m_appliedImpulse;
     row.m_appliedImpulse = std::clamp(wanted, -bound, bound);
     btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
@@ -221,6 +226,8 @@ void ContactSolver::TakeImpulses(size_t index, std::span<ContactPoint> points) c
     points[i].normal_impulse = point.m_appliedImpulse;
     // The direction is that of the motion of a against b, and a positive impulse along it acts on a.
     points[i].friction_impulse = FromBullet(-point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1);
+    if (!is_direct_) continue;
+    points[i].friction_impulse -= FromBullet(point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2);
   }
 }
 

@@ -18,6 +18,9 @@ constexpr double kCorrectionSpinMax = 20;   // rad/s
 constexpr double kLeastSoftness = 1e-8;
 // m/s or rad/s: a limit that could only be reached faster than this within the step is left out.
 constexpr double kLimitHorizon = 200;
+// Of its own mobility: a row that is softer moves nothing by as much as a rounding error.
+constexpr double kMostSoftness = 1e18;
+constexpr double kLeastImpulse = 1e-290;
 constexpr double kTurn = 2 * std::numbers::pi;
 
 // The rotation vector of `q`, rad, the short way round.
@@ -149,8 +152,15 @@ void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, con
   if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
   JointRow& row = Add(coordinate);
   row.target = coordinate.scale * rate;
-  row.upper = force_max / coordinate.scale * step_size_;
+  Bound(force_max / coordinate.scale);
+}
+
+void RowWriter::Bound(double force_max) {
+  JointRow& row = rows_->back();
+  row.upper = force_max * step_size_;
   row.lower = -row.upper;
+  // What is too weak to be a number does nothing.
+  if (!(row.upper > kLeastImpulse)) rows_->pop_back();
 }
 
 void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
@@ -160,9 +170,11 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
   if (!(implicit > 0) || force_max == 0) return;
   JointRow& row = Add(coordinate);
   row.target = coordinate.scale * (stiffness * (rest - coordinate.position) + damping * rate) / implicit;
-  row.softness = std::max(row.softness, coordinate.scale * coordinate.scale / (step_size_ * implicit));
-  row.upper = force_max / coordinate.scale * step_size_;
-  row.lower = -row.upper;
+  const double softness = coordinate.scale * coordinate.scale / (step_size_ * implicit);
+  // What is too weak to be felt must not be divided by.
+  if (!(kLeastSoftness * softness <= kMostSoftness * row.softness)) return rows_->pop_back();
+  row.softness = std::max(row.softness, softness);
+  Bound(force_max / coordinate.scale);
 }
 
 void RowWriter::LockGear(double ratio) {

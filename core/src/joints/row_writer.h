@@ -71,6 +71,7 @@ class RowWriter {
   void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
                  double force_max);
   JointRow& Add(const Coordinate& coordinate);
+  void Bound(double force_max);
   double Mobility(const JointRow& row) const;
   double Correction(double error, bool is_angular) const;
 
