@@ -65,6 +65,34 @@ TEST_P(JointsHolding, AHangingChainCarriesAtEachJointWhatHangsBelow) {
   }
 }
 
+TEST_P(JointsHolding, ALongChainHoldsTogetherHoweverItIsSolved) {
+  constexpr int kLinks = 40;
+  constexpr double kLength = 0.4, kThickness = 0.1;
+  const Vector3 along(std::sin(0.5), 0, -std::cos(0.5));
+  for (const Solver solver : {Solver::kAutomatic, Solver::kIterative}) {
+    for (const JointKind& kind : {JointKind(BallJoint{}), JointKind(HingeJoint{})}) {
+      const auto world = MakeSpace(GetParam(), {.solver = solver});
+      std::vector<JointId> joints;
+      EntityId above;
+      for (int i = 0; i < kLinks; ++i) {
+        EntityDesc link = Body(Capsule{kThickness / 2, 0.15}, (i + 0.5) * kLength * along);
+        link.pose.orientation = Quaternion::FromTwoVectors(-Vector3::UnitZ(), along);
+        const EntityId id = Add(*world, link);
+        const Vector3 place(0, 0, i == 0 ? 0 : -kLength / 2);
+        joints.push_back(Join(*world, Between(above, id, kind, FrameAlong(Vector3::UnitY(), place))));
+        above = id;
+      }
+      for (int i = 0; i < 300; ++i) {
+        Steps(*world, 1);
+        for (const JointId joint : joints) ASSERT_LE(GapOf(*world, joint), kThickness) << "step " << i;
+        // Nothing can be faster than all of the chain's height makes the end of it.
+        ASSERT_LE(world->state().linear_velocities.cwiseAbs().maxCoeff(),
+                  std::sqrt(2 * kGravity * kLinks * kLinks * kLength));
+      }
+    }
+  }
+}
+
 TEST_P(JointsHolding, AFixedBeamCarriesItsWeightAndItsMoment) {
   const auto world = MakeSpace(GetParam());
   const EntityId beam = Add(*world, Body(Box{{1, 0.1, 0.1}}, {1, 0, 0}, 3));
