@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 
 #include "support/shapes.h"
 
@@ -42,13 +42,13 @@ TEST(TriangleMesh, RefusesWhatIsNone) {
 }
 
 TEST(TriangleMesh, OfAMillionTrianglesIsMadeInSeconds) {
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   const TriangleMesh mesh = GroundMesh(100, 707, [](double x, double y) { return std::sin(x) * std::cos(y); });
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   EXPECT_EQ(mesh.data->triangles.size(), 2u * 707 * 707);
-  // It takes one or two seconds; twenty leave room for a sanitizer and a busy machine.
-  EXPECT_LT(spent.count(), 20);
-  RecordProperty("seconds", std::to_string(spent.count()));
+  // Of the processor, so that others do not count. It takes one or two; sixty leave room for sanitizers.
+  EXPECT_LT(seconds, 60);
+  RecordProperty("seconds", std::to_string(seconds));
 }
 
 TEST(Heightfield, RefusesWhatIsNone) {
