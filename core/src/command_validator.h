@@ -2,6 +2,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,6 +52,9 @@ class CommandValidator {
   Status operator()(const UpdateJoint& command);
   Status operator()(const DeleteJoint& command);
   Status operator()(const SetMotorColumns& command);
+  Status operator()(const CreateForceField& command);
+  Status operator()(const UpdateForceField& command);
+  Status operator()(const DeleteForceField& command);
 
   /// The entity as the batch leaves it so far, or why `id` names none.
   Result<const EntityDesc*> Find(EntityId id, std::string_view field) const;
@@ -64,12 +68,16 @@ class CommandValidator {
   Status CheckFeature(const JointKind& kind) const;
   Status CheckMotor(JointId id, double velocity, const double* position) const;
   Status CheckJointFeatures(const Capabilities& capabilities) const;
+  Status CheckField(const ForceField& field) const;
+  Status CheckFieldId(ForceFieldId id, std::string_view field) const;
 
   const World& world_;
   WorldDesc settings_;
   // What the batch has changed: null once deleted.
   std::map<EntityId, std::shared_ptr<const EntityDesc>> changed_;
   std::map<JointId, std::optional<JointDesc>> changed_joints_;
+  std::set<ForceFieldId> created_fields_;
+  std::set<ForceFieldId> deleted_fields_;
   uint32_t created_ = 0;
   uint32_t created_joints_ = 0;
   std::vector<PreparedEntity> prepared_;

@@ -69,13 +69,14 @@ void Put(ByteWriter& out, const JointState& value) {
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
-  const auto& [step, simulation_time, next_event_sequence, ids, rest_times, moving, faulted, touching, forces,
-               joint_ids, joints] = state;
+  const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
+               forces, joint_ids, joints] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
   out.Put(next_event_sequence);
   Put(out, ids);
+  out.Put(next_force_field);
   out.PutColumn(rest_times);
   out.PutColumn(moving);
   out.PutColumn(faulted);

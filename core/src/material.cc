@@ -1,5 +1,6 @@
 #include "genphys/material.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "genphys/entity.h"
@@ -10,6 +11,22 @@ namespace {
 template <typename T>
 T Either(const std::optional<T>& own, const std::optional<T>& given, T fallback) {
   return own ? *own : given.value_or(fallback);
+}
+
+double Mixed(Mixing rule, double a, double b) {
+  switch (rule) {
+    case Mixing::kGeometricMean:
+      return std::sqrt(a * b);
+    case Mixing::kAverage:
+      return (a + b) / 2;
+    case Mixing::kMinimum:
+      return std::min(a, b);
+    case Mixing::kMultiply:
+      return a * b;
+    case Mixing::kMaximum:
+      return std::max(a, b);
+  }
+  return 0;
 }
 
 }  // namespace
@@ -27,12 +44,15 @@ Material Filled(const Material& material, const Material& defaults) {
   }
   filled.restitution = Either(material.restitution, defaults.restitution, 0.0);
   filled.density = Either(material.density, defaults.density, 1000.0);
+  filled.friction_mixing = Either(material.friction_mixing, defaults.friction_mixing, Mixing::kGeometricMean);
+  filled.restitution_mixing = Either(material.restitution_mixing, defaults.restitution_mixing, Mixing::kGeometricMean);
   return filled;
 }
 
 MixedMaterial Mix(const Material& a, const Material& b) {
-  return {std::sqrt(*a.friction * *b.friction), std::sqrt(*a.kinetic_friction * *b.kinetic_friction),
-          std::sqrt(*a.restitution * *b.restitution)};
+  const Mixing friction = std::max(*a.friction_mixing, *b.friction_mixing);
+  return {Mixed(friction, *a.friction, *b.friction), Mixed(friction, *a.kinetic_friction, *b.kinetic_friction),
+          Mixed(std::max(*a.restitution_mixing, *b.restitution_mixing), *a.restitution, *b.restitution)};
 }
 
 AutoDisable Filled(const AutoDisable& policy, const AutoDisable& defaults) {

@@ -36,6 +36,15 @@ class Islands {
   std::vector<uint32_t> parent_;
 };
 
+// Calls `visit(row_a, row_b)` for every spring between two entities.
+template <typename Visit>
+void ForEachSpring(const Scene& scene, Visit visit) {
+  for (const auto& [id, field] : scene.force_fields) {
+    const auto* spring = std::get_if<SpringField>(&field.kind);
+    if (spring != nullptr && !spring->a.is_null() && !spring->b.is_null()) visit(spring->a.index(), spring->b.index());
+  }
+}
+
 bool RestedEnough(const Scene& scene, const LayerState& layer, uint32_t row) {
   const AutoDisable& policy = BodyOf(scene, row).auto_disable;
   return *policy.enabled && layer.rest_times[row] >= *policy.rest_time;
@@ -78,19 +87,21 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
   Islands islands(state.rows());
   std::vector<uint8_t> restless(state.rows());
   for (EntityRow row : rows) restless[Index(row)] = !RestedEnough(scene, layer, Index(row));
-  for (const TouchingPair& touching : layer.touching) {
-    if (touching.is_sensor) continue;
-    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+  const auto tie = [&](uint32_t a, uint32_t b) {
     const bool dynamic_a = IsDynamic(scene, a), dynamic_b = IsDynamic(scene, b);
     if (dynamic_a && dynamic_b) {
       islands.Join(a, b);
     } else if (active[dynamic_a ? b : a]) {
       restless[dynamic_a ? a : b] = true;  // it lies on something that moves
     }
+  };
+  for (const TouchingPair& touching : layer.touching) {
+    if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
   }
   for (const std::optional<SceneJoint>& joint : scene.joints) {
     if (joint && IsHeld(*joint, layer)) VisitJoint(scene, *joint, active, islands, restless);
   }
+  ForEachSpring(scene, tie);
   for (EntityRow row : rows) {
     if (restless[Index(row)]) restless[islands.Find(Index(row))] = true;
   }
@@ -125,15 +136,17 @@ std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& sta
                                       EntityRow row) {
   const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };
   Islands islands(state.rows());
+  const auto tie = [&](uint32_t a, uint32_t b) {
+    if (sleeps(a) && sleeps(b)) islands.Join(a, b);
+  };
   for (const TouchingPair& touching : layer.touching) {
-    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
-    if (!touching.is_sensor && sleeps(a) && sleeps(b)) islands.Join(a, b);
+    if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
   }
   for (const std::optional<SceneJoint>& joint : scene.joints) {
     if (!joint || joint->desc.entity_a.is_world() || joint->desc.entity_b.is_world()) continue;
-    const uint32_t a = joint->desc.entity_a.id.index(), b = joint->desc.entity_b.id.index();
-    if (sleeps(a) && sleeps(b)) islands.Join(a, b);
+    tie(joint->desc.entity_a.id.index(), joint->desc.entity_b.id.index());
   }
+  ForEachSpring(scene, tie);
   std::vector<EntityRow> island;
   const uint32_t root = islands.Find(Index(row));
   for (uint32_t r = 0; r < state.rows(); ++r) {

@@ -68,11 +68,14 @@ void Put(ByteWriter& out, const Pose& pose) {
 }
 
 void Put(ByteWriter& out, const Material& material) {
-  const auto& [friction, kinetic_friction, restitution, density] = material;
+  const auto& [friction, kinetic_friction, restitution, density, friction_mixing, restitution_mixing] = material;
   out.Put(friction);
   out.Put(kinetic_friction);
   out.Put(restitution);
   out.Put(density);
+  for (const std::optional<Mixing>& rule : {friction_mixing, restitution_mixing}) {
+    out.Put(static_cast<uint8_t>(rule ? static_cast<int>(*rule) + 1 : 0));
+  }
 }
 
 void Put(ByteWriter& out, const AutoDisable& policy) {
@@ -98,7 +101,7 @@ void Put(ByteWriter& out, const Geometry& geometry) {
 
 void Put(ByteWriter& out, const RigidBody& body) {
   const auto& [motion_type, geometries, inertia, auto_disable, linear_velocity, angular_velocity, linear_damping,
-               angular_damping] = body;
+               angular_damping, gravity_scale, linear_speed_max, angular_speed_max] = body;
   const auto& [mass, center_of_mass, tensor] = inertia;
   out.Put(static_cast<uint8_t>(motion_type));
   out.Put(uint64_t{geometries.size()});
@@ -111,6 +114,9 @@ void Put(ByteWriter& out, const RigidBody& body) {
   out.Put(angular_velocity);
   out.Put(linear_damping);
   out.Put(angular_damping);
+  out.Put(gravity_scale);
+  out.Put(linear_speed_max);
+  out.Put(angular_speed_max);
 }
 
 void Put(ByteWriter& out, const EntityDesc& desc) {
@@ -215,10 +221,56 @@ void Put(ByteWriter& out, const JointDesc& desc) {
   out.Put(break_torque);
 }
 
+void Put(ByteWriter& out, const UniformField& field) {
+  const auto& [force, acceleration] = field;
+  out.Put(force);
+  out.Put(acceleration);
+}
+void Put(ByteWriter& out, const DragField& field) {
+  const auto& [linear, quadratic, angular, medium_velocity] = field;
+  for (double coefficient : {linear, quadratic, angular}) out.Put(coefficient);
+  out.Put(medium_velocity);
+}
+void Put(ByteWriter& out, const SpringField& field) {
+  const auto& [a, b, point_in_a, point_in_b, rest_length, stiffness, damping] = field;
+  out.Put(a.packed());
+  out.Put(b.packed());
+  out.Put(point_in_a);
+  out.Put(point_in_b);
+  for (double number : {rest_length, stiffness, damping}) out.Put(number);
+}
+void Put(ByteWriter& out, const PointGravityField& field) {
+  const auto& [center, strength, softening] = field;
+  out.Put(center);
+  out.Put(strength);
+  out.Put(softening);
+}
+void Put(ByteWriter& out, const BuoyancyField& field) {
+  const auto& [surface_normal, surface_offset, fluid_density, drag] = field;
+  out.Put(surface_normal);
+  out.Put(surface_offset);
+  out.Put(fluid_density);
+  Put(out, drag);
+}
+
+void Put(ByteWriter& out, const ForceField& field) {
+  const auto& [kind, entities, region] = field;
+  out.Put(uint8_t(kind.index()));
+  std::visit([&](const auto& each) { Put(out, each); }, kind);
+  out.Put(uint64_t{entities.size()});
+  for (EntityId id : entities) out.Put(id.packed());
+  out.Put(region.has_value());
+  if (region) {
+    const auto& [corner, opposite_corner] = *region;
+    out.Put(corner);
+    out.Put(opposite_corner);
+  }
+}
+
 }  // namespace
 
 void Serialize(const Scene& scene, std::string& bytes) {
-  const auto& [world, entities, joints] = scene;
+  const auto& [world, entities, joints, force_fields] = scene;
   const auto& [engine, gravity, stepper, material, auto_disable, ground_plane, recorded, required] = world;
   ByteWriter out(bytes);
   out.Put(std::string_view(engine));
@@ -242,6 +294,11 @@ void Serialize(const Scene& scene, std::string& bytes) {
     if (!joint) continue;
     out.Put(joint->id.packed());
     Put(out, joint->desc);
+  }
+  out.Put(uint64_t{force_fields.size()});
+  for (const auto& [id, field] : force_fields) {
+    out.Put(id);
+    Put(out, field);
   }
 }
 

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <vector>
 
+#include "field_forces.h"
 #include "genphys/world.h"
 #include "joint_step.h"
 #include "restitution.h"
@@ -27,11 +28,6 @@ class StepRun {
     bool asleep = false;
   };
 
-  struct Wrench {
-    Vector3 force = Vector3::Zero();   // N, world
-    Vector3 torque = Vector3::Zero();  // N*m about the centre of mass, world
-  };
-
   // What the layer keeps of a moving dynamic body over a substep.
   struct Mover {
     EntityRow row{};
@@ -50,12 +46,13 @@ class StepRun {
   void FinishJoints();
   void Substep(double h);
   void KickRow(Mover& mover, double h);
-  void GatherForces();
+  void GatherForces(double h);
   Vector3 CenterOf(EntityRow row) const;
   Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
   void ChooseFriction();
   void Unkick();
   void Bounce(double h);
+  void LimitSpeeds();
   void MoveKinematic(double h);
   void FillRelativeVelocities();
   void Save(EntityRow row, bool asleep);
@@ -75,6 +72,7 @@ class StepRun {
   World& world_;
   double step_size_;
   StateArrays& state_;
+  FieldForces fields_;
   std::vector<Saved> saved_;
   std::vector<Mover> movers_;
   std::vector<EntityRow> rows_;            // of movers_, ascending

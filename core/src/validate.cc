@@ -104,6 +104,10 @@ Status CheckBody(const RigidBody& body) {
   GENPHYS_RETURN_IF_ERROR(CheckVector(body.angular_velocity, Limits::kSpinMax, "angular_velocity"));
   GENPHYS_RETURN_IF_ERROR(CheckNumber(body.linear_damping, 0, Limits::kDampingMax, "linear_damping"));
   GENPHYS_RETURN_IF_ERROR(CheckNumber(body.angular_damping, 0, Limits::kDampingMax, "angular_damping"));
+  GENPHYS_RETURN_IF_ERROR(
+      CheckNumber(body.gravity_scale, -Limits::kGravityScaleMax, Limits::kGravityScaleMax, "gravity_scale"));
+  GENPHYS_RETURN_IF_ERROR(CheckOptional(body.linear_speed_max, 0, Limits::kSpeedMax, "linear_speed_max"));
+  GENPHYS_RETURN_IF_ERROR(CheckOptional(body.angular_speed_max, 0, Limits::kSpinMax, "angular_speed_max"));
   if (body.motion_type != MotionType::kStatic) return absl::OkStatus();
   const auto refuse = [](std::string_view field) {
     return Refuse(Reason::kInvalidValue, field, "a static entity has no velocity");

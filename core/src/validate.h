@@ -17,6 +17,9 @@ Status CheckMaterial(const Material& material);
 Status CheckShape(const Shape& shape);
 Status CheckAutoDisable(const AutoDisable& policy);
 
+/// Numbers alone; whom it acts on is another matter.
+Status CheckForceField(const ForceField& field);
+
 /// Numbers alone: what a world's defaults and the engine's features have to say comes after filling.
 Status CheckEntity(const EntityDesc& desc);
 

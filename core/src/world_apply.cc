@@ -49,7 +49,7 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
         resolve(joint.entity_b);
         created[i] = Join(std::move(joint));
       } else {
-        ApplyOne(commands[i]);
+        created[i] = ApplyOne(commands[i]);
       }
       RecordWoken();
     }
@@ -59,7 +59,7 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   return created;
 }
 
-void World::ApplyOne(const Command& command) {
+EntityId World::ApplyOne(const Command& command) {
   if (const auto* remove = std::get_if<DeleteEntity>(&command)) {
     Delete(remove->id);
   } else if (const auto* force = std::get_if<ApplyForce>(&command)) {
@@ -83,15 +83,52 @@ void World::ApplyOne(const Command& command) {
     scene_.world.stepper = stepper->stepper;
     if (engine_ != nullptr) engine_->SetStepper(backend_->Resolve(stepper->stepper));
   } else if (const auto* engine = std::get_if<SetEngine>(&command)) {
-    if (engine->engine == scene_.world.engine) return;
-    scene_.world.engine = engine->engine;
-    RebuildEngine();
+    if (engine->engine != scene_.world.engine) {
+      scene_.world.engine = engine->engine;
+      RebuildEngine();
+    }
   } else if (const auto* columns = std::get_if<ApplyForceColumns>(&command)) {
     for (size_t i = 0; i < columns->ids.size(); ++i) {
       Push(ApplyForce{.id = columns->ids[i],
                       .force = columns->forces[i],
                       .torque = columns->torques.empty() ? Vector3(Vector3::Zero()) : columns->torques[i]});
     }
+  } else if (const auto* create = std::get_if<CreateForceField>(&command)) {
+    const ForceFieldId id = layer_.next_force_field++;
+    SetField(id, create->field);
+    return EntityId::FromPacked(id);
+  } else if (const auto* update = std::get_if<UpdateForceField>(&command)) {
+    SetField(update->id, update->field);
+  } else if (const auto* end = std::get_if<DeleteForceField>(&command)) {
+    scene_.force_fields.erase(end->id);
+    WakeAll();
+  }
+  return EntityId();
+}
+
+void World::SetField(ForceFieldId id, ForceField field) {
+  std::sort(field.entities.begin(), field.entities.end());
+  if (auto* fluid = std::get_if<BuoyancyField>(&field.kind)) fluid->surface_normal.normalize();
+  scene_.force_fields[id] = std::move(field);
+  WakeAll();
+}
+
+bool World::HasSpring(EntityId id) const {
+  return std::any_of(scene_.force_fields.begin(), scene_.force_fields.end(), [&](const auto& entry) {
+    const auto* spring = std::get_if<SpringField>(&entry.second.kind);
+    return spring != nullptr && (spring->a == id || spring->b == id);
+  });
+}
+
+void World::RemoveFieldsOf(EntityId id) {
+  if (HasSpring(id)) WakeAll();
+  for (auto entry = scene_.force_fields.begin(); entry != scene_.force_fields.end();) {
+    ForceField& field = entry->second;
+    const auto* spring = std::get_if<SpringField>(&field.kind);
+    // With the last of those that a field acted on gone it must not act on all.
+    const bool has_lost_all = std::erase(field.entities, id) > 0 && field.entities.empty();
+    const bool is_over = spring != nullptr ? spring->a == id || spring->b == id : has_lost_all;
+    entry = is_over ? scene_.force_fields.erase(entry) : std::next(entry);
   }
 }
 
@@ -202,6 +239,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
 void World::Delete(EntityId id) {
   const EntityRow row{id.index()};
   UnjoinAllOf(id);
+  RemoveFieldsOf(id);
   DetachBody(row);
   scene_.entities[id.index()].reset();
   state_.ids[id.index()] = EntityId();
@@ -256,6 +294,7 @@ void World::SetVelocityNow(const SetVelocity& command) {
   if (command.angular) state_.angular_velocities.col(slot) = *command.angular;
   if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
   WakeIslandOf(row);
+  if (HasSpring(command.id)) WakeAll();
   UpdateActive(row);
 }
 
@@ -271,7 +310,7 @@ void World::SetPoseNow(const SetPose& command) {
   contacts_stale_ = true;
   WakeNeighboursOf(row);
   WakeIslandOf(row);
-  if (!IsDynamic(desc)) WakeAll();
+  if (!IsDynamic(desc) || HasSpring(command.id)) WakeAll();
 }
 
 void World::Revive(EntityRow row) {

@@ -26,6 +26,12 @@ Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double h) 
   return (Quaternion(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
 }
 
+Vector3 Limited(const Vector3& velocity, const std::optional<double>& speed_max) {
+  if (!speed_max) return velocity;
+  const double speed = velocity.norm();
+  return speed > *speed_max ? Vector3(velocity * (*speed_max / speed)) : velocity;
+}
+
 }  // namespace
 
 Status World::Step(std::optional<double> step_size) {
@@ -40,6 +46,7 @@ StepRun::StepRun(World& world, double step_size)
     : world_(world),
       step_size_(step_size),
       state_(world.state_),
+      fields_(world.scene_, world.state_),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
       joints_(world.scene_, world.state_, world.active_, world.layer_) {}
 
@@ -183,7 +190,7 @@ void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
 }
 
 void StepRun::Substep(double h) {
-  GatherForces();
+  GatherForces(h);
   for (Mover& mover : movers_) KickRow(mover, h);
   RetireStrays();
   ChooseFriction();
@@ -193,6 +200,7 @@ void StepRun::Substep(double h) {
   joints_.Take(h);
   Unkick();
   Bounce(h);
+  LimitSpeeds();
   MoveKinematic(h);
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
@@ -201,10 +209,11 @@ void StepRun::Substep(double h) {
   CollideAndWake();
 }
 
-void StepRun::GatherForces() {
+void StepRun::GatherForces(double h) {
   wrenches_.clear();
-  if (world_.layer_.forces.empty()) return;
+  if (world_.layer_.forces.empty() && fields_.empty()) return;
   wrenches_.resize(state_.rows());
+  fields_.Add(rows_, h, wrenches_);
   for (const PendingForce& pending : world_.layer_.forces) {
     const EntityRow row{pending.id.index()};
     const Pose pose = state_.pose(row);
@@ -224,16 +233,22 @@ void StepRun::KickRow(Mover& mover, double h) {
   const SceneEntity& entity = *world_.scene_.entities[row];
   const RigidBody& body = *entity.desc->rigid_body;
   const Wrench applied = wrenches_.empty() ? Wrench{} : wrenches_[row];
-  const Vector3 acceleration = world_.scene_.world.gravity + applied.force / entity.mass.mass;
+  const Vector3 acceleration = body.gravity_scale * world_.scene_.world.gravity + applied.force / entity.mass.mass;
   Vector3 linear = state_.linear_velocities.col(row) + h * acceleration;
   if (body.linear_damping > 0) linear *= std::exp(-body.linear_damping * h);
-  state_.linear_velocities.col(row) = linear;
-
   const Quaternion orientation = state_.pose(mover.row).orientation;
   mover.tensor = WorldTensor(orientation, entity.mass.tensor);
   mover.momentum = mover.tensor * state_.angular_velocities.col(row) + h * applied.torque;
   if (body.angular_damping > 0) mover.momentum *= std::exp(-body.angular_damping * h);
-  const Vector3 spin = WorldTensor(orientation, entity.mass.inverse_tensor) * mover.momentum;
+  const Matrix3 inverse_tensor = WorldTensor(orientation, entity.mass.inverse_tensor);
+  if (!fields_.empty()) fields_.Drag(mover.row, h, inverse_tensor, linear, mover.momentum);
+  state_.linear_velocities.col(row) = Limited(linear, body.linear_speed_max);
+
+  Vector3 spin = inverse_tensor * mover.momentum;
+  if (body.angular_speed_max && spin.norm() > *body.angular_speed_max) {
+    spin = Limited(spin, body.angular_speed_max);
+    mover.momentum = mover.tensor * spin;
+  }
   const bool uniform = entity.mass.spherical || !(spin.norm() <= Limits::kSpinMax);
   mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, mover.momentum, entity.mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
@@ -335,6 +350,16 @@ void StepRun::Bounce(double h) {
     if (bodies[i].inverse_mass == 0) continue;
     state_.linear_velocities.col(Index(body_rows[i])) = bodies[i].linear_velocity;
     state_.angular_velocities.col(Index(body_rows[i])) = bodies[i].angular_velocity;
+  }
+}
+
+void StepRun::LimitSpeeds() {
+  for (const Mover& mover : movers_) {
+    const uint32_t row = Index(mover.row);
+    const RigidBody& body = *world_.scene_.entities[row]->desc->rigid_body;
+    if (!body.linear_speed_max && !body.angular_speed_max) continue;
+    state_.linear_velocities.col(row) = Limited(state_.linear_velocities.col(row), body.linear_speed_max);
+    state_.angular_velocities.col(row) = Limited(state_.angular_velocities.col(row), body.angular_speed_max);
   }
 }
 

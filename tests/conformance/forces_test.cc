@@ -111,6 +111,70 @@ TEST_P(Forces, DampingDecaysExponentially) {
   EXPECT_NEAR(SpinOf(*world, id).z(), std::exp(-2.0), kRounding);
 }
 
+TEST_P(Forces, GravityActsByItsScale) {
+  const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -10}, .ground_plane = false});
+  EntityDesc light = Ball({0, 0, 0}), floating = Ball({3, 0, 0}), rising = Ball({6, 0, 0});
+  light.rigid_body->gravity_scale = 0.25;
+  floating.rigid_body->gravity_scale = 0;
+  rising.rigid_body->gravity_scale = -1;
+  const EntityId a = Add(*world, light), b = Add(*world, floating), c = Add(*world, rising);
+
+  Steps(*world, 60);
+
+  EXPECT_NEAR(VelocityOf(*world, a).z(), -2.5, kRounding);
+  EXPECT_EQ(VelocityOf(*world, b).z(), 0);
+  EXPECT_NEAR(VelocityOf(*world, c).z(), 10, kRounding);
+}
+
+TEST_P(Forces, AnUpdateOfTheScaleOfGravityWakesASleeper) {
+  const auto world = MakeWorld();
+  const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, crate));
+
+  UpdateEntity update{.id = crate, .entity = Crate({0, 0, 0.5})};
+  update.entity.rigid_body->gravity_scale = -1;
+  update.fields.Add(EntityField::kGravityScale);
+  Do(*world, update);
+  Steps(*world, 60);
+
+  EXPECT_NEAR(VelocityOf(*world, crate).z(), 9.81, kRounding);
+}
+
+TEST_P(Forces, NothingIsFasterThanItsSpeedMax) {
+  const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -10}, .ground_plane = false});
+  EntityDesc slow = Crate({0, 0, 0});
+  slow.rigid_body->linear_speed_max = 2;
+  slow.rigid_body->angular_speed_max = 3;
+  slow.rigid_body->linear_velocity = {0, 50, 0};
+  slow.rigid_body->angular_velocity = {0, 0, 40};
+  const EntityId id = Add(*world, slow);
+
+  for (int i = 0; i < 120; ++i) {
+    Steps(*world, 1);
+    ASSERT_LE(VelocityOf(*world, id).norm(), 2 + kRounding);
+    ASSERT_LE(SpinOf(*world, id).norm(), 3 + kRounding);
+  }
+
+  // All of its speed has turned downwards by then: the sideways part shrinks by v / (v + g h) at each step.
+  EXPECT_NEAR(VelocityOf(*world, id).z(), -2, 1e-3);
+  EXPECT_NEAR(SpinOf(*world, id).z(), 3, kRounding);
+}
+
+TEST_P(Forces, SpeedsMaxHoldAgainstAKick) {
+  const auto world = Weightless(GetParam());
+  EntityDesc ball = Ball({0, 0, 0});
+  ball.rigid_body->linear_speed_max = 1;
+  const EntityId id = Add(*world, ball);
+
+  Do(*world, ApplyImpulse{.id = id, .linear = {30, 40, 0}});
+  Steps(*world, 60);
+
+  // The direction of the kick stays, and no step was made at more than the limit.
+  EXPECT_TRUE(VelocityOf(*world, id).isApprox(Vector3(0.6, 0.8, 0), kRounding));
+  EXPECT_TRUE(PositionOf(*world, id).isApprox(Vector3(0.6, 0.8, 0), kRounding));
+}
+
 TEST_P(Forces, TheNetForceOfARestingCrateIsNothingAndOfAFallingOneItsWeight) {
   const auto world = MakeWorld();
   EntityDesc rests = Crate({0, 0, 0.5}, 0.5, 3);

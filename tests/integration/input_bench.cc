@@ -18,6 +18,7 @@ using google::protobuf::MethodDescriptor;
 using google::protobuf::TextFormat;
 
 constexpr char kWorld[] = "worlds/a";
+constexpr uint64_t kFieldId = 1;  // of the scene's only one
 constexpr uint32_t kStepsBefore = 3, kStepsAfter = 100;
 // One mistake shows in hundreds of cases: a few say what it is.
 constexpr int kComplaintsMax = 20;
@@ -48,6 +49,7 @@ constexpr char kScene[] = R"(
     entity_b { created_by_command: 7 } slider { motor { target_metres: 0 stiffness: 1e6 damping: 1e5 } } } } }
   commands { create_joint { joint {
     entity_b { created_by_command: 8 } slider { motor { target_metres: 0 stiffness: 1e6 damping: 1e5 } } } } }
+  commands { create_force_field { field { uniform {} } } }
 )";
 
 const std::set<std::string>& ChangingMethods() {
@@ -96,6 +98,15 @@ void InputBench::Complete(Message& message) const {
     for (const uint64_t id : {ball_, crate_}) {
       columns->mutable_entity_ids()->append(reinterpret_cast<const char*>(&id), sizeof id);
     }
+  }
+  if (auto* update = dynamic_cast<v1::UpdateForceField*>(&message)) update->mutable_field()->set_id(kFieldId);
+  if (auto* remove = dynamic_cast<v1::DeleteForceField*>(&message)) remove->set_field_id(kFieldId);
+  if (auto* field = dynamic_cast<v1::ForceField*>(&message); field != nullptr && field->entity_ids_size() == 1) {
+    field->set_entity_ids(0, ball_);
+  }
+  if (auto* spring = dynamic_cast<v1::SpringField*>(&message)) {
+    spring->set_entity_a(ball_);
+    if (spring->entity_b() != 0) spring->set_entity_b(crate_);
   }
   std::vector<const FieldDescriptor*> fields;
   reflection.ListFields(message, &fields);

@@ -28,6 +28,13 @@ const std::vector<Known> kNames{
     {R"([A-Za-z]+Request\.(entity_id|force\.entity_id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.[a-z_]+\.entity_id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.update_entity\.entity\.id))", kLargestId, Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.[a-z]+_force_field\.field\.(?:entity_ids\[0\]|spring\.entity_[ab])))", kLargestId,
+     Reason::kEntityNotFound, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.(?:update_force_field\.field\.id|delete_force_field\.field_id)))", kLargestId,
+     Reason::kEntityNotFound, "$1"},
+    // What a list is lengthened by names no dynamic entity.
+    {R"(StepRequest\.(commands\[0\]\.[a-z]+_force_field\.field\.entity_ids))", "at max items", Reason::kInvalidValue,
+     "$1[0]"},
     {R"(StepRequest\.(commands\[0\]\.update_entity\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
     {R"(StepRequest\.(commands\[0\]\.update_joint\.joint\.id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.delete_joint\.joint_id))", kLargestId, Reason::kEntityNotFound, "$1"},

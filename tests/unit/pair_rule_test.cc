@@ -84,9 +84,19 @@ TEST(PairRule, MixesByTheGeometricMean) {
 
 TEST(Materials, TakeTheWorldsDefaultsAndThenTheModels) {
   const Material filled = Filled(Material{.restitution = 0.7}, Material{.friction = 0.9, .kinetic_friction = 0.6});
-  EXPECT_EQ(filled, (Material{.friction = 0.9, .kinetic_friction = 0.6, .restitution = 0.7, .density = 1000}));
+  EXPECT_EQ(filled, (Material{.friction = 0.9,
+                              .kinetic_friction = 0.6,
+                              .restitution = 0.7,
+                              .density = 1000,
+                              .friction_mixing = Mixing::kGeometricMean,
+                              .restitution_mixing = Mixing::kGeometricMean}));
   EXPECT_EQ(*Filled(Material{.friction = 0.2}, Material{.kinetic_friction = 0.6}).kinetic_friction, 0.2);
-  EXPECT_EQ(Filled(), (Material{.friction = 0.5, .kinetic_friction = 0.5, .restitution = 0, .density = 1000}));
+  EXPECT_EQ(Filled(), (Material{.friction = 0.5,
+                                .kinetic_friction = 0.5,
+                                .restitution = 0,
+                                .density = 1000,
+                                .friction_mixing = Mixing::kGeometricMean,
+                                .restitution_mixing = Mixing::kGeometricMean}));
 }
 
 }  // namespace

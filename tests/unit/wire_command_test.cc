@@ -22,7 +22,10 @@ const std::vector<std::string> kMaskPaths{"display_name",
                                           "rigid_body.linear_velocity",
                                           "rigid_body.angular_velocity",
                                           "rigid_body.linear_damping",
-                                          "rigid_body.angular_damping"};
+                                          "rigid_body.angular_damping",
+                                          "rigid_body.gravity_scale",
+                                          "rigid_body.linear_speed_max",
+                                          "rigid_body.angular_speed_max"};
 const std::vector<std::string> kJointMaskPaths{"frame_in_a",   "frame_in_b",   "collide_connected",
                                                "break_force",  "break_torque", "hinge",
                                                "hinge.limits", "hinge.motor",  "hinge.spring"};
@@ -47,6 +50,7 @@ v1::Command Filled(const std::string& kind) {
     for (const std::string& path : kJointMaskPaths) mask->add_paths(path);
     command.mutable_update_joint()->mutable_joint()->mutable_hinge();
   }
+  if (command.has_create_force_field()) command.mutable_create_force_field()->mutable_field()->clear_id();
   if (command.has_set_engine()) command.mutable_set_engine()->set_engine("engines/bullet");
   return command;
 }
@@ -190,7 +194,7 @@ TEST(WireUpdate, ChangesEveryPartWhenAllAreSetAndThereIsNoMask) {
 
   ASSERT_TRUE(command.ok()) << command.status();
   EntityFields all;
-  all.bits = Bits({EntityField::kAngularDamping}) * 2 - 1;
+  all.bits = Bits({EntityField::kAngularSpeedMax}) * 2 - 1;
   EXPECT_EQ(std::get<UpdateEntity>(*command).fields.bits, all.bits & ~Bits({EntityField::kRigidBody}));
 }
 

@@ -108,6 +108,20 @@ Result<Command> Decode(const v1::SetMotorColumns& command) {
                          .positions = DecodeColumn<double>(command.positions())};
 }
 
+Result<Command> Decode(const v1::CreateForceField& command) {
+  Result<ForceField> field = DecodeForceField(command.field());
+  if (!field.ok()) return WithFieldPrefix(field.status(), "field");
+  return CreateForceField{*std::move(field)};
+}
+
+Result<Command> Decode(const v1::UpdateForceField& command) {
+  Result<ForceField> field = DecodeForceField(command.field());
+  if (!field.ok()) return WithFieldPrefix(field.status(), "field");
+  return UpdateForceField{command.field().id(), *std::move(field)};
+}
+
+Result<Command> Decode(const v1::DeleteForceField& command) { return DeleteForceField{command.field_id()}; }
+
 template <typename Message>
 Result<Command> DecodeUnder(std::string_view name, const Message& message) {
   Result<Command> decoded = Decode(message);
@@ -159,6 +173,12 @@ Result<Command> DecodeCommand(const v1::Command& command) {
       return DecodeUnder("apply_forces", command.apply_forces());
     case v1::Command::kSetMotors:
       return DecodeUnder("set_motors", command.set_motors());
+    case v1::Command::kCreateForceField:
+      return DecodeUnder("create_force_field", command.create_force_field());
+    case v1::Command::kUpdateForceField:
+      return DecodeUnder("update_force_field", command.update_force_field());
+    case v1::Command::kDeleteForceField:
+      return DecodeUnder("delete_force_field", command.delete_force_field());
     case v1::Command::KIND_NOT_SET:
       break;
   }

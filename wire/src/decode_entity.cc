@@ -44,6 +44,9 @@ Result<RigidBody> DecodeBody(const v1::RigidBody& body) {
                     .angular_velocity = DecodeVector(body.angular_velocity()),
                     .linear_damping = body.linear_damping(),
                     .angular_damping = body.angular_damping()};
+  if (body.has_gravity_scale()) decoded.gravity_scale = body.gravity_scale();
+  if (body.has_linear_speed_max()) decoded.linear_speed_max = body.linear_speed_max();
+  if (body.has_angular_speed_max()) decoded.angular_speed_max = body.angular_speed_max();
   decoded.geometries.reserve(static_cast<size_t>(body.geometries_size()));
   for (int i = 0; i < body.geometries_size(); ++i) {
     Result<Geometry> geometry = DecodeGeometry(body.geometries(i));

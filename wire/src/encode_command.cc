@@ -100,6 +100,18 @@ struct CommandEncoder {
     EncodeColumn(command.velocities, columns->mutable_targets());
     EncodeColumn(command.positions, columns->mutable_positions());
   }
+
+  void operator()(const CreateForceField& command) const {
+    EncodeForceField(0, command.field, out->mutable_create_force_field()->mutable_field());
+  }
+
+  void operator()(const UpdateForceField& command) const {
+    EncodeForceField(command.id, command.field, out->mutable_update_force_field()->mutable_field());
+  }
+
+  void operator()(const DeleteForceField& command) const {
+    out->mutable_delete_force_field()->set_field_id(command.id);
+  }
 };
 
 }  // namespace

@@ -39,6 +39,9 @@ void EncodeBody(const RigidBody& body, v1::RigidBody* out) {
   EncodeVector(body.angular_velocity, out->mutable_angular_velocity());
   out->set_linear_damping(body.linear_damping);
   out->set_angular_damping(body.angular_damping);
+  out->set_gravity_scale(body.gravity_scale);
+  if (body.linear_speed_max) out->set_linear_speed_max(*body.linear_speed_max);
+  if (body.angular_speed_max) out->set_angular_speed_max(*body.angular_speed_max);
 }
 
 }  // namespace

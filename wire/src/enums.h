@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "genphys/capabilities.h"
 #include "genphys/command.h"
 #include "genphys/entity.h"
@@ -24,6 +26,14 @@ inline v1::Feature EncodeFeature(Feature feature) { return static_cast<v1::Featu
 
 inline Feature DecodeFeature(int feature) {
   return v1::Feature_IsValid(feature) ? static_cast<Feature>(feature) : Feature::kUnspecified;
+}
+
+inline v1::Mixing EncodeMixing(Mixing mixing) { return static_cast<v1::Mixing>(static_cast<int>(mixing) + 1); }
+
+/// Nothing for the default.
+inline std::optional<Mixing> DecodeMixing(v1::Mixing mixing) {
+  if (mixing == v1::MIXING_UNSPECIFIED || !v1::Mixing_IsValid(mixing)) return std::nullopt;
+  return static_cast<Mixing>(static_cast<int>(mixing) - 1);
 }
 
 inline v1::MotionType EncodeMotionType(MotionType type) {

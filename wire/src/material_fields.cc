@@ -1,5 +1,6 @@
 #include "material_fields.h"
 
+#include "enums.h"
 #include "values.h"
 
 namespace genphys {
@@ -10,6 +11,8 @@ Material DecodeMaterial(const v1::Material& material) {
   if (material.has_kinetic_friction()) decoded.kinetic_friction = material.kinetic_friction();
   if (material.has_restitution()) decoded.restitution = material.restitution();
   if (material.has_density()) decoded.density = material.density();
+  decoded.friction_mixing = DecodeMixing(material.friction_mixing());
+  decoded.restitution_mixing = DecodeMixing(material.restitution_mixing());
   return decoded;
 }
 
@@ -18,6 +21,8 @@ void EncodeMaterial(const Material& material, v1::Material* out) {
   if (material.kinetic_friction) out->set_kinetic_friction(*material.kinetic_friction);
   if (material.restitution) out->set_restitution(*material.restitution);
   if (material.density) out->set_density(*material.density);
+  if (material.friction_mixing) out->set_friction_mixing(EncodeMixing(*material.friction_mixing));
+  if (material.restitution_mixing) out->set_restitution_mixing(EncodeMixing(*material.restitution_mixing));
 }
 
 AutoDisable DecodeAutoDisable(const v1::AutoDisable& policy) {

@@ -27,6 +27,9 @@ constexpr std::array kPaths{
     FieldPath{"rigid_body.angular_velocity", EntityField::kAngularVelocity},
     FieldPath{"rigid_body.linear_damping", EntityField::kLinearDamping},
     FieldPath{"rigid_body.angular_damping", EntityField::kAngularDamping},
+    FieldPath{"rigid_body.gravity_scale", EntityField::kGravityScale},
+    FieldPath{"rigid_body.linear_speed_max", EntityField::kLinearSpeedMax},
+    FieldPath{"rigid_body.angular_speed_max", EntityField::kAngularSpeedMax},
 };
 
 constexpr std::string_view kErrorCorrectionPath = "rigid_body.error_correction";
@@ -79,6 +82,9 @@ EntityFields PopulatedFields(const v1::Entity& entity) {
     add_if(body.has_angular_velocity(), EntityField::kAngularVelocity);
     add_if(body.has_linear_damping(), EntityField::kLinearDamping);
     add_if(body.has_angular_damping(), EntityField::kAngularDamping);
+    add_if(body.has_gravity_scale(), EntityField::kGravityScale);
+    add_if(body.has_linear_speed_max(), EntityField::kLinearSpeedMax);
+    add_if(body.has_angular_speed_max(), EntityField::kAngularSpeedMax);
     add_if(fields.bits == 0, EntityField::kRigidBody);
   }
   add_if(!entity.display_name().empty(), EntityField::kDisplayName);

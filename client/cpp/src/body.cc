@@ -18,7 +18,8 @@ EntityDesc Body(const Shape& shape, const BodyOptions& options) {
                                   .linear_velocity = options.linear_velocity,
                                   .angular_velocity = options.angular_velocity,
                                   .linear_damping = options.linear_damping,
-                                  .angular_damping = options.angular_damping},
+                                  .angular_damping = options.angular_damping,
+                                  .gravity_scale = options.gravity_scale},
           .visual = options.visual};
 }
 

@@ -11,7 +11,7 @@ SI units, right-handed axes with z up, quaternions (w, x, y, z). Everything that
 `GenphysError`.
 """
 
-from . import errors, joints
+from . import errors, fields, joints
 from ._connection import DEFAULT_TIMEOUT_SECONDS
 from ._descriptors import DescriptorsMissing
 from .commands import Batch
@@ -185,6 +185,7 @@ __all__ = [
     "WorldNotPausedError",
     "connect",
     "errors",
+    "fields",
     "joints",
     "launch",
 ]

@@ -77,6 +77,7 @@ class EnumCodec:
 
 
 MOTION = EnumCodec("MotionType", "MOTION_TYPE_", "motion")
+MIXING = EnumCodec("Mixing", "MIXING_", "mixing")
 COORDINATES = EnumCodec("Coordinates", "COORDINATES_", "coordinates")
 SCALAR = EnumCodec("Scalar", "SCALAR_", "dtype")
 SOLVER = EnumCodec("Stepper.Solver", "SOLVER_", "solver")

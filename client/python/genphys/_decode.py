@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import joints, model
-from ._contract import FEATURE, MOTION, WORLD_STATE
+from ._contract import FEATURE, MIXING, MOTION, WORLD_STATE
 from .frame import stamp_of
 
 _DEFAULT_MOTION = "dynamic"
@@ -110,6 +110,8 @@ def _geometry(message: Any) -> model.Geometry:
         kinetic_friction=_optional(message.material, "kinetic_friction"),
         restitution=_optional(message.material, "restitution"),
         density=_optional(message.material, "density"),
+        friction_mixing=MIXING.word(message.material.friction_mixing),
+        restitution_mixing=MIXING.word(message.material.restitution_mixing),
         sensor=message.is_sensor,
         collision_space=message.collision_space,
         category_bits=_optional(message, "category_bits"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import model
-from ._contract import COORDINATES, FEATURE, MOTION, QUALITY, SCALAR, SOLVER, wire
+from ._contract import COORDINATES, FEATURE, MIXING, MOTION, QUALITY, SCALAR, SOLVER, wire
 
 
 def vector(value: Any, what: str) -> Any:
@@ -142,12 +142,21 @@ def material(
     kinetic_friction: float | None = None,
     restitution: float | None = None,
     density: float | None = None,
+    friction_mixing: str | None = None,
+    restitution_mixing: str | None = None,
 ) -> Any:
     """Returns a Material message, or None if nothing is said."""
-    values = (friction, kinetic_friction, restitution, density)
+    values = (friction, kinetic_friction, restitution, density, friction_mixing, restitution_mixing)
     if all(value is None for value in values):
         return None
-    return wire.Material(friction=friction, kinetic_friction=kinetic_friction, restitution=restitution, density=density)
+    return wire.Material(
+        friction=friction,
+        kinetic_friction=kinetic_friction,
+        restitution=restitution,
+        density=density,
+        friction_mixing=None if friction_mixing is None else MIXING.number(friction_mixing),
+        restitution_mixing=None if restitution_mixing is None else MIXING.number(restitution_mixing),
+    )
 
 
 def sleep_policy(policy: model.AutoDisable | None) -> Any:
@@ -230,6 +239,8 @@ def geometry(value: model.Geometry) -> Any:
             kinetic_friction=value.kinetic_friction,
             restitution=value.restitution,
             density=value.density,
+            friction_mixing=value.friction_mixing,
+            restitution_mixing=value.restitution_mixing,
         ),
         category_bits=value.category_bits,
         collides_with_bits=value.collides_with_bits,
@@ -264,6 +275,9 @@ def entity(
     angular_velocity: Any = None,
     linear_damping: float | None = None,
     angular_damping: float | None = None,
+    gravity_scale: float | None = None,
+    linear_speed_max: float | None = None,
+    angular_speed_max: float | None = None,
     auto_disable: model.AutoDisable | None = None,
     error_correction: model.ErrorCorrection | None = None,
     visual: model.Visual | None = None,
@@ -281,6 +295,9 @@ def entity(
             angular_velocity=None if angular_velocity is None else vector(angular_velocity, "angular_velocity"),
             linear_damping=linear_damping,
             angular_damping=angular_damping,
+            gravity_scale=gravity_scale,
+            linear_speed_max=linear_speed_max,
+            angular_speed_max=angular_speed_max,
         )
     placed = position is not None or orientation is not None
     return wire.Entity(

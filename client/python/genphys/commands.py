@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from . import _encode, joints, model
+from . import _encode, fields, joints, model
 from ._contract import wire
 from .joints import Joint
 from .model import Entity, Quaternion, Vector
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
         name: for people. position: metres, world. orientation: (w, x, y, z). linear_velocity: of the centre of mass,
         m/s. angular_velocity: rad/s. motion: "dynamic", "kinematic" or "static". mass: kg. linear_damping and
-        angular_damping: 1/s, the velocity decays as exp(-c t).
+        angular_damping: 1/s, the velocity decays as exp(-c t). gravity_scale: part of the world's gravity that
+        acts on it. linear_speed_max (m/s) and angular_speed_max (rad/s): what would be faster is slowed down to it.
         """
 
         name: str
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
         mass: float
         linear_damping: float
         angular_damping: float
+        gravity_scale: float
+        linear_speed_max: float
+        angular_speed_max: float
         auto_disable: model.AutoDisable
         error_correction: model.ErrorCorrection
         visual: model.Visual
@@ -44,6 +49,8 @@ if TYPE_CHECKING:
         friction: float
         kinetic_friction: float
         restitution: float
+        friction_mixing: str
+        restitution_mixing: str
         sensor: bool
         collision_space: str
         category_bits: int
@@ -64,6 +71,8 @@ _GEOMETRY_KEYWORDS = (
     "kinetic_friction",
     "restitution",
     "density",
+    "friction_mixing",
+    "restitution_mixing",
     "sensor",
     "collision_space",
     "category_bits",
@@ -80,6 +89,9 @@ class Commands:
     """
 
     def _create(self, entity: Any) -> Entity:
+        raise NotImplementedError
+
+    def _create_field(self, field: Any) -> fields.ForceField:
         raise NotImplementedError
 
     def _submit(self, command: Any) -> None:
@@ -284,6 +296,38 @@ class Commands:
         )
         self._submit(wire.Command(apply_forces=columns))
 
+    def add_field(
+        self,
+        field: fields.Field,
+        *,
+        entities: Sequence[Entity | int] = (),
+        region: tuple[Vector, Vector] | None = None,
+    ) -> fields.ForceField:
+        """Adds a force that acts until it is removed, as in `world.add_field(genphys.fields.Drag(linear=0.5))`.
+
+        Args:
+            field: What it does; see `genphys.fields`.
+            entities: On which; empty: all dynamic ones. A spring names its own.
+            region: Two opposite corners, metres: only on entities whose centre of mass is inside.
+        """
+        return self._create_field(fields.message(field, entities, region))
+
+    def update_field(
+        self,
+        number: fields.ForceField | int,
+        field: fields.Field,
+        *,
+        entities: Sequence[Entity | int] = (),
+        region: tuple[Vector, Vector] | None = None,
+    ) -> None:
+        """Replaces all of a force field; see `add_field`."""
+        message = fields.message(field, entities, region, operator.index(number))
+        self._submit(wire.Command(update_force_field=wire.UpdateForceField(field=message)))
+
+    def remove_field(self, number: fields.ForceField | int) -> None:
+        """Removes a force field."""
+        self._submit(wire.Command(delete_force_field=wire.DeleteForceField(field_id=operator.index(number))))
+
     def set_velocity(
         self, entity: Entity | int, *, linear: Vector | None = None, angular: Vector | None = None
     ) -> None:
@@ -349,6 +393,7 @@ class Batch(Commands):
         self.commands: list[Any] = []
         self._created: dict[int, Entity] = {}
         self._joined: dict[int, Joint] = {}
+        self._created_fields: dict[int, fields.ForceField] = {}
 
     def __len__(self) -> int:
         return len(self.commands)
@@ -357,6 +402,12 @@ class Batch(Commands):
         handle = Entity(None, entity.display_name)
         self._created[len(self.commands)] = handle
         self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
+        return handle
+
+    def _create_field(self, field: Any) -> fields.ForceField:
+        handle = fields.ForceField()
+        self._created_fields[len(self.commands)] = handle
+        self._submit(wire.Command(create_force_field=wire.CreateForceField(field=field)))
         return handle
 
     def _submit(self, command: Any) -> None:
@@ -384,6 +435,7 @@ class Batch(Commands):
         self.commands += other.commands
         self._joined.update({offset + index: handle for index, handle in other._joined.items()})
         self._created.update({offset + index: handle for index, handle in other._created.items()})
+        self._created_fields.update({offset + index: handle for index, handle in other._created_fields.items()})
 
     def _settle(self, results: Sequence[Any]) -> tuple[Entity, ...]:
         """Gives the created entities their ids and returns them in order."""
@@ -391,6 +443,8 @@ class Batch(Commands):
             handle._id = results[index].created_id
         for index, joint in self._joined.items():
             joint._id = results[index].created_id
+        for index, field in self._created_fields.items():
+            field._id = results[index].created_id
         return tuple(self._created[index] for index in sorted(self._created))
 
 

@@ -14,6 +14,7 @@ from ._contract import wire
 from .commands import Batch, Commands
 from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
+from .fields import ForceField
 from .frame import RowsCache, StepResult, stamp_of, stats_of
 from .joints import Joint, JointInfo
 from .model import Entity, EntityInfo, Stamp, WorldInfo
@@ -261,6 +262,11 @@ class World(Commands, Queries):
     def _create(self, entity: Any) -> Entity:
         request = wire.CreateEntityRequest(world=self._name, entity=entity)
         return self._learn(_decode.entity_info(self._connection.call("CreateEntity", request).entity)).entity
+
+    def _create_field(self, field: Any) -> ForceField:
+        command = wire.Command(create_force_field=wire.CreateForceField(field=field))
+        request = wire.StepRequest(world=self._name, commands=[command], steps=0)
+        return ForceField(self._connection.call("Step", request).results[0].created_id)
 
     def _submit(self, command: Any) -> None:
         self._send(command)

@@ -209,3 +209,35 @@ def test_state_hashes_are_there_when_the_world_records_them(server, world):
     with server.create_world(record_state_hash=True) as recorded:
         hashes = {recorded.step().state_hash for _ in range(2)}
     assert None not in hashes
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_fields_push_until_they_are_removed(server, engine):
+    with server.create_world(engine=engine, gravity=(0, 0, 0), ground_plane=False) as world:
+        pushed = world.add_sphere(mass=2.0, position=(0, 0, 0))
+        left_alone = world.add_sphere(mass=2.0, position=(5, 0, 0))
+        field = world.add_field(genphys.fields.Uniform(force=(0, 0, 4)), entities=[pushed])
+        frame = world.step(60)
+        assert frame.linear_velocities[frame.row(pushed)] == pytest.approx([0, 0, 2], rel=1e-9)
+        assert frame.linear_velocities[frame.row(left_alone)].tolist() == [0, 0, 0]
+
+        world.update_field(field, genphys.fields.Drag(linear=1e6))
+        frame = world.step(1)
+        assert frame.linear_velocities[frame.row(pushed)] == pytest.approx([0, 0, 0], abs=1e-9)
+
+        world.remove_field(field)
+        with pytest.raises(genphys.EntityNotFoundError):
+            world.remove_field(field)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_field_of_a_batch_has_its_id_once_the_batch_was_taken_along(server, engine):
+    with server.create_world(engine=engine, gravity=(0, 0, 0), ground_plane=False) as world:
+        a, b = world.add_sphere(position=(0, 0, 0)), world.add_sphere(position=(3, 0, 0))
+        with world.batch() as batch:
+            spring = batch.add_field(genphys.fields.Spring(a=a, b=b, rest_length=1.0, stiffness=50.0))
+            with pytest.raises(ValueError, match="taken along"):
+                batch.remove_field(spring)
+        frame = world.step(10)
+        assert frame.linear_velocities[frame.row(a)][0] > 0 > frame.linear_velocities[frame.row(b)][0]
+        assert spring.id == 1

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "genphys/entity.h"
+#include "genphys/force_field.h"
 #include "genphys/ids.h"
 #include "genphys/joint.h"
 #include "genphys/math.h"
@@ -29,6 +30,9 @@ enum class EntityField : uint32_t {
   kAngularVelocity = 1u << 9,
   kLinearDamping = 1u << 10,
   kAngularDamping = 1u << 11,
+  kGravityScale = 1u << 12,
+  kLinearSpeedMax = 1u << 13,
+  kAngularSpeedMax = 1u << 14,
 };
 
 struct EntityFields {
@@ -128,9 +132,24 @@ struct SetMotorColumns {
   std::vector<double> positions;   // m or rad, of motors that drive to a position; empty: kept
 };
 
+/// Adds a force field, which acts until it is deleted.
+struct CreateForceField {
+  ForceField field;
+};
+
+/// Replaces all of a force field.
+struct UpdateForceField {
+  ForceFieldId id = 0;
+  ForceField field;
+};
+
+struct DeleteForceField {
+  ForceFieldId id = 0;
+};
+
 /// The only way to change a world.
-using Command =
-    std::variant<CreateEntity, UpdateEntity, DeleteEntity, ApplyForce, ApplyImpulse, SetVelocity, SetPose, SetGravity,
-                 SetStepper, SetEngine, ApplyForceColumns, CreateJoint, UpdateJoint, DeleteJoint, SetMotorColumns>;
+using Command = std::variant<CreateEntity, UpdateEntity, DeleteEntity, ApplyForce, ApplyImpulse, SetVelocity, SetPose,
+                             SetGravity, SetStepper, SetEngine, ApplyForceColumns, CreateJoint, UpdateJoint,
+                             DeleteJoint, SetMotorColumns, CreateForceField, UpdateForceField, DeleteForceField>;
 
 }  // namespace genphys

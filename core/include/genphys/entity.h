@@ -57,6 +57,9 @@ struct RigidBody {
   Vector3 angular_velocity = Vector3::Zero();  // rad/s
   double linear_damping = 0;                   // 1/s: velocity decays as exp(-c t)
   double angular_damping = 0;                  // 1/s
+  double gravity_scale = 1;                    // part of the world's gravity that acts on it
+  std::optional<double> linear_speed_max;      // m/s, of the centre of mass; faster is slowed down at every step
+  std::optional<double> angular_speed_max;     // rad/s, likewise
 };
 
 /// What a renderer should draw; carried along, never looked into.

@@ -5,6 +5,7 @@
 
 #include "genphys/command.h"
 #include "genphys/event.h"
+#include "genphys/force_field.h"
 #include "genphys/ids.h"
 #include "genphys/joint.h"
 
@@ -56,6 +57,7 @@ struct LayerState {
   uint64_t step = 0;           // steps taken
   double simulation_time = 0;  // s, sum of the step sizes taken
   uint64_t next_event_sequence = 1;
+  ForceFieldId next_force_field = 1;
   IdAllocator ids;
   std::vector<double> rest_times;      // s at rest so far, by row
   std::vector<uint8_t> moving;         // bit 0: in translation, bit 1: in rotation, as last told; by row

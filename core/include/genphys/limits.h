@@ -17,8 +17,13 @@ struct Limits {
   static constexpr double kDensityMax = 1e5;
   static constexpr double kFrictionMax = 1000;
   static constexpr double kGravityMax = 1e4;
+  static constexpr double kGravityScaleMax = 1000;
   static constexpr double kForceMax = 1e12;
   static constexpr double kDampingMax = 1e4;
+  static constexpr double kStiffnessMax = 1e15;
+  static constexpr double kDragMax = 1e12;
+  static constexpr double kPointGravityMax = 1e20;
+  static constexpr unsigned kForceFieldsMax = 1000;
   static constexpr double kInertiaMax = 1e20;
   static constexpr double kRestTimeMax = 1e6;
   static constexpr double kRayLengthMax = 2e7;

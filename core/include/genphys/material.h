@@ -1,14 +1,20 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 
 namespace genphys {
 
+/// How the coefficients of two touching materials become one. Of two different rules the later one counts.
+enum class Mixing : uint8_t { kGeometricMean, kAverage, kMinimum, kMultiply, kMaximum };
+
 /// Surface and bulk properties. Unset fields take the world's defaults; a Scene holds none unset.
 struct Material {
-  std::optional<double> friction;          // Coulomb coefficient at rest, default 0.5
-  std::optional<double> kinetic_friction;  // Coulomb coefficient while sliding, default: as friction
-  std::optional<double> restitution;       // speed of separation over speed of approach, 0..1, default 0
-  std::optional<double> density;           // kg/m^3, default 1000
+  std::optional<double> friction;            // Coulomb coefficient at rest, default 0.5
+  std::optional<double> kinetic_friction;    // Coulomb coefficient while sliding, default: as friction
+  std::optional<double> restitution;         // speed of separation over speed of approach, 0..1, default 0
+  std::optional<double> density;             // kg/m^3, default 1000
+  std::optional<Mixing> friction_mixing;     // of both coefficients of friction, default geometric mean
+  std::optional<Mixing> restitution_mixing;  // default geometric mean
   bool operator==(const Material&) const = default;
 };
 
@@ -16,7 +22,7 @@ struct Material {
 /// above.
 Material Filled(const Material& material, const Material& defaults);
 
-/// What two touching surfaces have in common: the geometric mean of each coefficient.
+/// What two touching surfaces have in common.
 struct MixedMaterial {
   double friction = 0;
   double kinetic_friction = 0;

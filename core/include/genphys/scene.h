@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -7,6 +8,7 @@
 #include "genphys/capabilities.h"
 #include "genphys/entity.h"
 #include "genphys/event.h"
+#include "genphys/force_field.h"
 #include "genphys/ids.h"
 #include "genphys/inertia.h"
 #include "genphys/joint.h"
@@ -44,6 +46,7 @@ struct Scene {
   WorldDesc world;
   std::vector<std::optional<SceneEntity>> entities;  // by row
   std::vector<std::optional<SceneJoint>> joints;     // by slot of the joint's id
+  std::map<ForceFieldId, ForceField> force_fields;
 };
 
 }  // namespace genphys

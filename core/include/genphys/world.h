@@ -120,7 +120,10 @@ class World {
   void Kick(const ApplyImpulse& command);
   void SetVelocityNow(const SetVelocity& command);
   void SetPoseNow(const SetPose& command);
-  void ApplyOne(const Command& command);
+  void SetField(ForceFieldId id, ForceField field);
+  bool HasSpring(EntityId id) const;
+  void RemoveFieldsOf(EntityId id);
+  EntityId ApplyOne(const Command& command);
   void Grow();
   void AttachBody(EntityRow row);
   void DetachBody(EntityRow row);

@@ -35,6 +35,7 @@ class HostedWorld {
   Result<v1::ApplyForceResponse> ApplyForce(const v1::ApplyForceRequest& request);
   Result<v1::GetEntityResponse> GetEntity(const v1::GetEntityRequest& request);
   Result<v1::ListEntitiesResponse> ListEntities(const v1::ListEntitiesRequest& request);
+  Result<v1::ListForceFieldsResponse> ListForceFields(const v1::ListForceFieldsRequest& request);
   Result<v1::ListJointsResponse> ListJoints(const v1::ListJointsRequest& request);
   Result<v1::CastRaysResponse> CastRays(const v1::CastRaysRequest& request);
   Result<v1::CastShapeResponse> CastShape(const v1::CastShapeRequest& request);

@@ -52,6 +52,8 @@ Result<Bytes> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
       return Answer(hosted, call, &HostedWorld::ListEntities);
     case WorldMethod::kListJoints:
       return Answer(hosted, call, &HostedWorld::ListJoints);
+    case WorldMethod::kListForceFields:
+      return Answer(hosted, call, &HostedWorld::ListForceFields);
     case WorldMethod::kCastRays:
       return Answer(hosted, call, &HostedWorld::CastRays);
     case WorldMethod::kCastShape:

@@ -15,7 +15,7 @@ namespace genphys {
 namespace {
 
 // By the number of the method.
-constexpr std::array<std::string_view, 20> kNames{"genphys.v1.WorldService.GetWorld",
+constexpr std::array<std::string_view, 21> kNames{"genphys.v1.WorldService.GetWorld",
                                                   "genphys.v1.WorldService.DeleteWorld",
                                                   "genphys.v1.WorldService.ResetWorld",
                                                   "genphys.v1.WorldService.PlayWorld",
@@ -26,6 +26,7 @@ constexpr std::array<std::string_view, 20> kNames{"genphys.v1.WorldService.GetWo
                                                   "genphys.v1.SimulationService.GetEntity",
                                                   "genphys.v1.SimulationService.ListEntities",
                                                   "genphys.v1.SimulationService.ListJoints",
+                                                  "genphys.v1.SimulationService.ListForceFields",
                                                   "genphys.v1.SimulationService.Step",
                                                   "genphys.v1.SimulationService.CastRays",
                                                   "genphys.v1.SimulationService.CastShape",

@@ -34,6 +34,12 @@ grpc::ServerUnaryReactor* SimulationService::ListJoints(grpc::CallbackServerCont
   return CallWorld(directory_, WorldMethod::kListJoints, context, request, response);
 }
 
+grpc::ServerUnaryReactor* SimulationService::ListForceFields(grpc::CallbackServerContext* context,
+                                                             const grpc::ByteBuffer* request,
+                                                             grpc::ByteBuffer* response) {
+  return CallWorld(directory_, WorldMethod::kListForceFields, context, request, response);
+}
+
 grpc::ServerUnaryReactor* SimulationService::Step(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
   return CallWorld(directory_, WorldMethod::kStep, context, request, response);

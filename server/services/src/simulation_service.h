@@ -9,6 +9,7 @@ using RawSimulationService =
         v1::SimulationService::WithRawCallbackMethod_ApplyForce<v1::SimulationService::WithRawCallbackMethod_GetEntity<
             v1::SimulationService::WithRawCallbackMethod_ListEntities<
                 v1::SimulationService::WithRawCallbackMethod_ListJoints<
+                    v1::SimulationService::WithRawCallbackMethod_ListForceFields<
                     v1::SimulationService::WithRawCallbackMethod_Step<
                         v1::SimulationService::WithRawCallbackMethod_CastRays<
                             v1::SimulationService::WithRawCallbackMethod_CastShape<
@@ -18,7 +19,7 @@ using RawSimulationService =
                                             v1::SimulationService::WithRawCallbackMethod_GetContacts<
                                                 v1::SimulationService::WithRawCallbackMethod_WatchEvents<
                                                     v1::SimulationService::WithRawCallbackMethod_WatchFrames<
-                                                        v1::SimulationService::Service>>>>>>>>>>>>>>>;
+                                                        v1::SimulationService::Service>>>>>>>>>>>>>>>>;
 
 /// Hands encoded requests to worlds, and encoded replies and streams back.
 class SimulationService final : public RawSimulationService {
@@ -37,6 +38,8 @@ class SimulationService final : public RawSimulationService {
                                          grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListJoints(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                        grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListForceFields(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                            grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                  grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* CastRays(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,

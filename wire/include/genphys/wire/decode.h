@@ -24,6 +24,9 @@
 
 namespace genphys {
 
+/// MISSING_FIELD when nothing says what it does. Its id is the caller's to look at.
+Result<ForceField> DecodeForceField(const v1::ForceField& field);
+
 /// The world asked for; an empty engine is `default_engine` (a short name). Name, request id, state and
 /// record_state_hash are the caller's to read.
 Result<WorldDesc> DecodeWorld(const v1::World& world, std::string_view default_engine);

@@ -43,6 +43,9 @@ void EncodeKinds(const EventKinds& kinds, v1::EventKinds* out);
 /// The command that DecodeCommand() reads back.
 void EncodeCommand(const Command& command, v1::Command* out);
 
+/// The field with its id, zero for one that has none yet.
+void EncodeForceField(ForceFieldId id, const ForceField& field, v1::ForceField* out);
+
 /// How time advances, with nothing left to a default but the preset's own numbers.
 void EncodeStepper(const StepperDesc& stepper, v1::Stepper* out);
 

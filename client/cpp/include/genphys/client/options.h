@@ -43,6 +43,7 @@ struct BodyOptions {
   Vector3 angular_velocity = Vector3::Zero();  // rad/s
   double linear_damping = 0;                   // 1/s
   double angular_damping = 0;                  // 1/s
+  double gravity_scale = 1;                    // part of the world's gravity that acts on it
   bool is_sensor = false;
   std::string collision_space;
   std::optional<Visual> visual;

@@ -23,6 +23,7 @@ enum class WorldMethod : uint8_t {
   kGetEntity,
   kListEntities,
   kListJoints,
+  kListForceFields,
   kStep,
   kCastRays,
   kCastShape,

@@ -1,0 +1,140 @@
+#include "field_forces.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "spring_forces.h"
+#include "submersion.h"
+
+namespace genphys {
+namespace {
+
+bool Holds(const Region& region, const Vector3& point) {
+  const Vector3 low = region.corner.cwiseMin(region.opposite_corner),
+                high = region.corner.cwiseMax(region.opposite_corner);
+  return (point.array() >= low.array()).all() && (point.array() <= high.array()).all();
+}
+
+// The solution of m v' = -(linear + quadratic |v|) v after `h` seconds: its direction stays, and 1 / speed obeys a
+// linear equation (the substitution of Bernoulli).
+double Slowed(double speed, double mass, double linear, double quadratic, double h) {
+  const double rate = linear / mass, bend = quadratic * speed / mass;
+  // (1 - exp(-x)) / x, which has no digits left as it stands when x is small.
+  const double mean = rate * h > 0 ? -std::expm1(-rate * h) / (rate * h) : 1;
+  return speed * std::exp(-rate * h) / (1 + bend * h * mean);
+}
+
+}  // namespace
+
+Vector3 FieldForces::CenterOf(EntityRow row) const {
+  return state_.pose(row).Transform(entity(row).mass.center_of_mass);
+}
+
+bool FieldForces::ActsOn(const ForceField& field, EntityRow row) const {
+  if (!field.entities.empty() &&
+      !std::binary_search(field.entities.begin(), field.entities.end(), state_.ids[Index(row)])) {
+    return false;
+  }
+  return !field.region || Holds(*field.region, CenterOf(row));
+}
+
+void FieldForces::Add(const std::vector<EntityRow>& rows, double h, std::vector<Wrench>& wrenches) const {
+  for (const auto& [id, field] : scene_.force_fields) {
+    if (std::holds_alternative<DragField>(field.kind) || std::holds_alternative<SpringField>(field.kind)) continue;
+    for (const EntityRow row : rows) {
+      if (!ActsOn(field, row)) continue;
+      Wrench& wrench = wrenches[Index(row)];
+      const double mass = entity(row).mass.mass;
+      if (const auto* uniform = std::get_if<UniformField>(&field.kind)) {
+        wrench.force += uniform->force + mass * uniform->acceleration;
+      } else if (const auto* gravity = std::get_if<PointGravityField>(&field.kind)) {
+        const Vector3 r = gravity->center - CenterOf(row);
+        const double distance = std::sqrt(r.squaredNorm() + gravity->softening * gravity->softening);
+        wrench.force += mass * gravity->strength / (distance * distance * distance) * r;
+      } else if (const auto* fluid = std::get_if<BuoyancyField>(&field.kind)) {
+        const Submersion part =
+            Submerge(*entity(row).desc->rigid_body, state_.pose(row), fluid->surface_normal, fluid->surface_offset);
+        const Vector3 lift = -fluid->fluid_density * part.volume_below * scene_.world.gravity;
+        wrench.force += lift;
+        wrench.torque += (part.center - CenterOf(row)).cross(lift);
+      }
+    }
+  }
+  AddSprings(h, wrenches);
+}
+
+void FieldForces::AddSprings(double h, std::vector<Wrench>& wrenches) const {
+  std::vector<TiedPair> pairs;
+  for (const auto& [id, field] : scene_.force_fields) {
+    const auto* spring = std::get_if<SpringField>(&field.kind);
+    if (spring == nullptr) continue;
+    TiedPair pair{
+        .spring = spring, .a = EndOf(spring->a, spring->point_in_a), .b = EndOf(spring->b, spring->point_in_b)};
+    if (pair.Prepare()) pairs.push_back(pair);
+  }
+  // Each damper answers to the velocity after all forces of this substep, those of the other springs among them. One
+  // sweep does for one spring; more go on until the last digits stay.
+  constexpr int kSweepsMax = 50;
+  constexpr double kSettled = 1e-14;
+  for (int sweep = 0; sweep < kSweepsMax; ++sweep) {
+    double change = 0, most = 0;
+    for (TiedPair& pair : pairs) {
+      const double before = pair.pull;
+      pair.Push(-before, wrenches);
+      pair.pull = pair.PullAt(pair.Speed(h, wrenches), h);
+      pair.Push(pair.pull, wrenches);
+      change = std::max(change, std::abs(pair.pull - before));
+      most = std::max(most, std::abs(pair.pull));
+    }
+    if (pairs.size() < 2 || change <= kSettled * most) return;
+  }
+}
+
+SpringEnd FieldForces::EndOf(EntityId id, const Vector3& point) const {
+  SpringEnd end{.point = point};
+  if (id.is_null()) return end;
+  const uint32_t row = id.index();
+  const SceneEntity& tied = *scene_.entities[row];
+  const Pose pose = state_.pose(EntityRow{row});
+  const std::optional<RigidBody>& body = tied.desc->rigid_body;
+  const bool dynamic = body && body->motion_type == MotionType::kDynamic;
+  end.row = EntityRow{row};
+  end.point = pose.Transform(point);
+  end.moves = dynamic && !state_.asleep[row];
+  end.arm = end.point - (dynamic ? pose.Transform(tied.mass.center_of_mass) : pose.position);
+  end.linear_velocity = state_.linear_velocities.col(row);
+  end.angular_velocity = state_.angular_velocities.col(row);
+  if (!end.moves) return end;
+  const Matrix3 rotation = pose.orientation.toRotationMatrix();
+  end.inverse_mass = 1 / tied.mass.mass;
+  end.inverse_tensor = rotation * tied.mass.inverse_tensor * rotation.transpose();
+  end.gravity = body->gravity_scale * scene_.world.gravity;
+  return end;
+}
+
+void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, Vector3& velocity,
+                       Vector3& momentum) const {
+  const auto slow = [&](const DragField& drag, double part) {
+    const Vector3 relative = velocity - drag.medium_velocity;
+    const double speed = relative.norm();
+    if (speed > 0) {
+      const double slowed = Slowed(speed, entity(row).mass.mass, part * drag.linear, part * drag.quadratic, h);
+      velocity = drag.medium_velocity + relative * (slowed / speed);
+    }
+    // L' = -angular I^-1 L by backward Euler, which is stable whatever the coefficient.
+    if (drag.angular > 0)
+      momentum = (Matrix3::Identity() + h * part * drag.angular * inverse_tensor).inverse() * momentum;
+  };
+  for (const auto& [id, field] : scene_.force_fields) {
+    if (const auto* drag = std::get_if<DragField>(&field.kind)) {
+      if (ActsOn(field, row)) slow(*drag, 1);
+    } else if (const auto* fluid = std::get_if<BuoyancyField>(&field.kind)) {
+      if (!ActsOn(field, row)) continue;
+      const Submersion part =
+          Submerge(*entity(row).desc->rigid_body, state_.pose(row), fluid->surface_normal, fluid->surface_offset);
+      if (part.volume > 0) slow(fluid->drag, part.volume_below / part.volume);
+    }
+  }
+}
+
+}  // namespace genphys

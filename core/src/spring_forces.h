@@ -1,0 +1,47 @@
+#pragma once
+#include <vector>
+
+#include "genphys/force_field.h"
+
+namespace genphys {
+
+/// Force and torque about a centre of mass.
+struct Wrench {
+  Vector3 force = Vector3::Zero();   // N, world
+  Vector3 torque = Vector3::Zero();  // N*m, world
+};
+
+/// Where a spring holds, in world coordinates.
+struct SpringEnd {
+  EntityRow row{};
+  bool moves = false;                          // the spring can push it
+  Vector3 point = Vector3::Zero();             // m
+  Vector3 arm = Vector3::Zero();               // m, from the centre of mass
+  Vector3 linear_velocity = Vector3::Zero();   // m/s, at the start of the substep
+  Vector3 angular_velocity = Vector3::Zero();  // rad/s
+  Vector3 gravity = Vector3::Zero();           // m/s^2, that acts on it
+  double inverse_mass = 0;                     // 1/kg
+  Matrix3 inverse_tensor = Matrix3::Zero();    // 1/(kg*m^2)
+};
+
+/// A spring of one substep.
+struct TiedPair {
+  const SpringField* spring = nullptr;
+  SpringEnd a;
+  SpringEnd b;
+  Vector3 axis = Vector3::Zero();  // unit length, from a to b
+  double length = 0;               // m
+  double inverse_mass = 0;         // 1/kg, of both ends along the axis
+  double pull = 0;                 // N, of each end towards the other
+
+  /// False if it has no direction or nothing to move.
+  bool Prepare();
+  /// Of b against a along the axis, m/s, after `h` seconds of gravity and `wrenches`.
+  double Speed(double h, const std::vector<Wrench>& wrenches) const;
+  /// The pull that belongs to a speed without it.
+  double PullAt(double speed, double h) const;
+  /// Adds a pull to what acts on both ends.
+  void Push(double force, std::vector<Wrench>& wrenches) const;
+};
+
+}  // namespace genphys

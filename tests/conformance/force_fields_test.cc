@@ -1,0 +1,317 @@
+// Forces that act on until they are deleted: the layer's own, so the same on every engine.
+#include <cmath>
+#include <limits>
+
+#include "engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(ForceFields);
+
+constexpr double kRounding = 1e-10;
+constexpr double kStep = 1.0 / 60;
+
+std::unique_ptr<World> Weightless(const std::string& engine) {
+  return MakeWorld(WorldDesc{.engine = engine, .gravity = {0, 0, 0}, .ground_plane = false});
+}
+
+ForceFieldId AddField(World& world, const ForceField& field) { return Do(world, CreateForceField{field}).packed(); }
+
+EntityDesc Awake(EntityDesc desc) {
+  desc.rigid_body->auto_disable.enabled = false;
+  return desc;
+}
+
+TEST_P(ForceFields, AUniformOnePushesEverythingFromThenOn) {
+  const auto world = Weightless(GetParam());
+  const EntityId light = Add(*world, Ball({0, 0, 0}, 0.5, 1)), heavy = Add(*world, Ball({3, 0, 0}, 0.5, 4));
+  const ForceFieldId field = AddField(*world, {UniformField{.force = {0, 2, 0}, .acceleration = {0, 0, 1}}});
+
+  Steps(*world, 60);
+  EXPECT_TRUE(VelocityOf(*world, light).isApprox(Vector3(0, 2, 1), kRounding));
+  EXPECT_TRUE(VelocityOf(*world, heavy).isApprox(Vector3(0, 0.5, 1), kRounding));
+
+  Do(*world, DeleteForceField{field});
+  Steps(*world, 60);
+  EXPECT_TRUE(VelocityOf(*world, light).isApprox(Vector3(0, 2, 1), kRounding));
+}
+
+TEST_P(ForceFields, ActOnlyOnWhomTheyName) {
+  const auto world = Weightless(GetParam());
+  const EntityId named = Add(*world, Ball({0, 0, 0})), other = Add(*world, Ball({3, 0, 0}));
+  AddField(*world, {.kind = UniformField{.force = {0, 0, 1}}, .entities = {named}});
+
+  Steps(*world, 60);
+  EXPECT_NEAR(VelocityOf(*world, named).z(), 1, kRounding);
+  EXPECT_EQ(VelocityOf(*world, other), Vector3(0, 0, 0));
+
+  Do(*world, DeleteEntity{named});
+  Steps(*world, 60);
+  EXPECT_EQ(VelocityOf(*world, other), Vector3(0, 0, 0)) << "a field that lost all it acted on acts on nobody";
+  EXPECT_TRUE(world->scene().force_fields.empty());
+}
+
+TEST_P(ForceFields, ActOnlyInsideTheirRegion) {
+  const auto world = Weightless(GetParam());
+  const EntityId inside = Add(*world, Ball({0, 0, 0})), outside = Add(*world, Ball({3, 0, 0}));
+  AddField(*world, {.kind = UniformField{.force = {0, 0, 1}}, .region = Region{{1, -1, -1}, {-1, 1, 0.5}}});
+
+  Steps(*world, 120);
+
+  // It leaves through the upper side at v = sqrt(2 a z), one step later at most.
+  EXPECT_NEAR(VelocityOf(*world, inside).z(), std::sqrt(2 * 0.5), kStep);
+  EXPECT_EQ(VelocityOf(*world, outside), Vector3(0, 0, 0));
+}
+
+TEST_P(ForceFields, LinearDragIsExactWhateverItsCoefficient) {
+  for (const double drag : {0.5, 500.0}) {
+    const auto world = Weightless(GetParam());
+    EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
+    ball.rigid_body->linear_velocity = {3, 0, 0};
+    const EntityId id = Add(*world, ball);
+    AddField(*world, {DragField{.linear = drag}});
+
+    Steps(*world, 60);
+
+    EXPECT_NEAR(VelocityOf(*world, id).x(), 3 * std::exp(-drag / 2), kRounding);
+  }
+}
+
+TEST_P(ForceFields, QuadraticDragIsExact) {
+  const auto world = Weightless(GetParam());
+  EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
+  ball.rigid_body->linear_velocity = {0, 30, 0};
+  const EntityId id = Add(*world, ball);
+  AddField(*world, {DragField{.quadratic = 0.4}});
+
+  Steps(*world, 60);
+
+  EXPECT_NEAR(VelocityOf(*world, id).y(), 30 / (1 + 0.4 * 30 / 2), kRounding);
+}
+
+TEST_P(ForceFields, WindCarriesThingsAlong) {
+  const auto world = Weightless(GetParam());
+  const EntityId id = Add(*world, Ball({0, 0, 0}, 0.5, 2));
+  AddField(*world, {DragField{.linear = 3, .medium_velocity = {4, 0, 0}}});
+
+  Steps(*world, 60);
+
+  EXPECT_NEAR(VelocityOf(*world, id).x(), 4 * (1 - std::exp(-1.5)), kRounding);
+}
+
+TEST_P(ForceFields, AFallAgainstDragEndsAtItsTerminalVelocity) {
+  const auto world =
+      testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+  const EntityId id = Add(*world, Ball({0, 0, 0}, 0.5, 2));
+  AddField(*world, {DragField{.linear = 4}});
+
+  Steps(*world, 600);
+
+  // Gravity comes first in a step and drag after it, which leaves half a step of gravity out.
+  const double terminal = 2 * 9.81 / 4;
+  EXPECT_NEAR(VelocityOf(*world, id).z(), -terminal, 2 * 9.81 * kStep / 2);
+}
+
+TEST_P(ForceFields, AngularDragSlowsTheSpin) {
+  const auto world = Weightless(GetParam());
+  EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
+  ball.rigid_body->angular_velocity = {0, 0, 5};
+  const EntityId id = Add(*world, ball);
+  const double inertia = 0.4 * 2 * 0.25, drag = 0.1;
+  AddField(*world, {DragField{.angular = drag}});
+
+  Steps(*world, 60);
+
+  // Backward Euler: 1 / (1 + x)^n in place of exp(-n x), a relative error of n x^2 / 2.
+  const double x = drag / inertia * kStep, exact = 5 * std::exp(-60 * x);
+  EXPECT_NEAR(SpinOf(*world, id).z(), exact, 2 * exact * 60 * x * x / 2);
+}
+
+TEST_P(ForceFields, ASpringSwingsAsItsClosedFormSays) {
+  constexpr double kMass = 2, kStiffness = 50, kAmplitude = 0.3;
+  const double omega = std::sqrt(kStiffness / kMass);
+  const auto world = Weightless(GetParam());
+  const EntityId ball = Add(*world, Awake(Ball({1 + kAmplitude, 0, 0}, 0.1, kMass)));
+  AddField(*world, {SpringField{.a = ball, .rest_length = 1, .stiffness = kStiffness}});
+
+  for (int i = 1; i <= 300; ++i) {
+    Steps(*world, 1);
+    // The symplectic Euler method is half a step ahead of the true phase.
+    const double tolerance = 2 * kAmplitude * omega * kStep / 2;
+    ASSERT_NEAR(PositionOf(*world, ball).x() - 1, kAmplitude * std::cos(omega * i * kStep), tolerance) << i;
+  }
+}
+
+TEST_P(ForceFields, ASpringHoldsAWeightWhereItsForceIsTheWeight) {
+  const auto world =
+      testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+  const EntityId ball = Add(*world, Awake(Ball({0, 0, 3}, 0.1, 2)));
+  AddField(*world,
+           {SpringField{.a = ball, .point_in_b = {0, 0, 4}, .rest_length = 1, .stiffness = 200, .damping = 20}});
+
+  Steps(*world, 600);
+
+  EXPECT_NEAR(PositionOf(*world, ball).z(), 3 - 2 * 9.81 / 200, 1e-6);
+}
+
+TEST_P(ForceFields, AWeightBetweenTwoDampedSpringsHangsWhereTheirForcesSay) {
+  const auto world =
+      testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+  const EntityId ball = Add(*world, Awake(Ball({0, 0, 3}, 0.1, 2)));
+  AddField(*world,
+           {SpringField{.a = ball, .point_in_b = {0, 0, 4}, .rest_length = 1, .stiffness = 200, .damping = 20}});
+  AddField(*world,
+           {SpringField{.a = ball, .point_in_b = {0, 0, 2}, .rest_length = 1, .stiffness = 300, .damping = 40}});
+
+  Steps(*world, 600);
+
+  EXPECT_NEAR(PositionOf(*world, ball).z(), 3 - 2 * 9.81 / 500, 1e-6);
+}
+
+TEST_P(ForceFields, ASpringBetweenTwoKeepsTheirMomentum) {
+  const auto world = Weightless(GetParam());
+  EntityDesc turned = Crate({2, 0, 0}, 0.3, 3);
+  const EntityId a = Add(*world, Awake(Crate({0, 0, 0}))), b = Add(*world, Awake(turned));
+  AddField(*world, {SpringField{.a = a,
+                                .b = b,
+                                .point_in_a = {0.5, 0.5, 0},
+                                .point_in_b = {0, -0.3, 0.3},
+                                .rest_length = 0.5,
+                                .stiffness = 80,
+                                .damping = 1}});
+
+  Steps(*world, 200);
+
+  const Vector3 momentum = VelocityOf(*world, a) + 3 * VelocityOf(*world, b);
+  EXPECT_LT(momentum.norm(), kRounding);
+  EXPECT_GT(SpinOf(*world, a).norm(), 1e-3) << "it pulls beside the centre of mass";
+}
+
+TEST_P(ForceFields, TheStiffestSpringStaysFinite) {
+  const auto world = Weightless(GetParam());
+  const EntityId ball = Add(*world, Awake(Ball({2, 0, 0}, 0.1, 1e-3)));
+  AddField(*world, {SpringField{.a = ball, .rest_length = 1, .stiffness = 1e15}});
+
+  Steps(*world, 600);
+
+  EXPECT_NEAR(PositionOf(*world, ball).norm(), 1, 1e-3);
+}
+
+TEST_P(ForceFields, APointPullsThingsIntoAnOrbit) {
+  constexpr double kRadius = 4, kStrength = 100;
+  const double speed = std::sqrt(kStrength / kRadius), omega = speed / kRadius;
+  const auto world = Weightless(GetParam());
+  EntityDesc moon = Ball({kRadius, 0, 0}, 0.1);
+  moon.rigid_body->linear_velocity = {0, speed, 0};
+  const EntityId id = Add(*world, moon);
+  AddField(*world, {PointGravityField{.strength = kStrength}});
+
+  for (int i = 0; i < 600; ++i) {
+    Steps(*world, 1);
+    // The symplectic Euler method keeps an orbit within the angle of a step of the true one.
+    ASSERT_NEAR(PositionOf(*world, id).norm(), kRadius, 2 * kRadius * omega * kStep / 2);
+  }
+}
+
+TEST_P(ForceFields, AnythingFloatsAsDeepAsItsDensitySays) {
+  const auto world =
+      testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+  EntityDesc box = Body(Box{{0.5, 0.5, 0.25}}, {0, 0, 0.2}, 0.3 * 1000 * 0.5);
+  const EntityId id = Add(*world, Awake(box));
+  AddField(*world, {BuoyancyField{.drag = {.linear = 500, .angular = 100}}});
+
+  Steps(*world, 3600);
+
+  // 0.3 of its height of 0.5 m are below.
+  EXPECT_NEAR(PositionOf(*world, id).z(), 0.25 - 0.3 * 0.5, 1e-6);
+}
+
+TEST_P(ForceFields, AStoneSinksAndABubbleRises) {
+  const auto world =
+      testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+  const double volume = 4.0 / 3 * std::acos(-1.0) * 0.001;
+  const EntityId stone = Add(*world, Ball({0, 0, -5}, 0.1, 2500 * volume));
+  const EntityId bubble = Add(*world, Ball({1, 0, -5}, 0.1, 500 * volume));
+  AddField(*world, {BuoyancyField{}});
+
+  Steps(*world, 30);
+
+  EXPECT_NEAR(VelocityOf(*world, stone).z(), -9.81 * (1 - 1 / 2.5) / 2, kRounding);
+  EXPECT_NEAR(VelocityOf(*world, bubble).z(), -9.81 * (1 - 1 / 0.5) / 2, kRounding);
+}
+
+TEST_P(ForceFields, WakeWhomTheyMayMove) {
+  const auto world = MakeWorld();
+  const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, crate));
+
+  const ForceFieldId field = AddField(*world, {UniformField{.force = {0, 0, 20}}});
+  Steps(*world, 30);
+  EXPECT_GT(VelocityOf(*world, crate).z(), 1);
+
+  Do(*world, UpdateForceField{field, {UniformField{}}});
+  Steps(*world, 300);
+  EXPECT_TRUE(Asleep(*world, crate));
+}
+
+TEST_P(ForceFields, WhatASpringTiesSleepsAndWakesTogether) {
+  const auto world = MakeWorld();
+  const EntityId a = Add(*world, Crate({0, 0, 0.5})), b = Add(*world, Crate({4, 0, 0.5}));
+  AddField(*world, {SpringField{.a = a, .b = b, .rest_length = 4, .stiffness = 10}});
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, a) && Asleep(*world, b));
+
+  Do(*world, ApplyImpulse{.id = a, .linear = {-3, 0, 0}});
+
+  EXPECT_FALSE(Asleep(*world, b));
+}
+
+TEST_P(ForceFields, StayWhenTheEngineChanges) {
+  const auto world = Weightless(GetParam());
+  const EntityId id = Add(*world, Ball({0, 0, 0}));
+  AddField(*world, {UniformField{.force = {0, 0, 1}}});
+  for (const std::string& engine : EnginesWithContacts()) {
+    Do(*world, SetEngine{engine});
+    Steps(*world, 30);
+  }
+
+  EXPECT_NEAR(VelocityOf(*world, id).z(), 0.5 * static_cast<double>(EnginesWithContacts().size()), kRounding);
+}
+
+TEST_P(ForceFields, AreRefusedWithTheFieldThatIsWrong) {
+  const auto world = MakeWorld();
+  const EntityId ball = Add(*world, Ball({0, 0, 2}));
+  const EntityId floor = Add(*world, Block({9, 0, 0}, {1, 1, 1}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto verdict = [&](const Command& command) {
+    const uint64_t before = world->StateHash();
+    const Status status = world->Apply({&command, 1}).status();
+    EXPECT_EQ(world->StateHash(), before);
+    const auto refusal = RefusalOf(status);
+    return refusal ? std::string(NameOf(refusal->reason)) + " " + refusal->field : std::string("accepted");
+  };
+  const std::string path = "commands[0].create_force_field.field.";
+
+  EXPECT_EQ(verdict(CreateForceField{{UniformField{.force = {nan, 0, 0}}}}), "NOT_FINITE " + path + "uniform.force.x");
+  EXPECT_EQ(verdict(CreateForceField{{DragField{.linear = -1}}}), "OUT_OF_RANGE " + path + "drag.linear");
+  EXPECT_EQ(verdict(CreateForceField{{SpringField{.stiffness = 1}}}), "MISSING_FIELD " + path + "spring.entity_a");
+  EXPECT_EQ(verdict(CreateForceField{{SpringField{.a = ball, .b = ball}}}),
+            "INVALID_VALUE " + path + "spring.entity_b");
+  EXPECT_EQ(verdict(CreateForceField{{SpringField{.a = floor}}}), "INVALID_VALUE " + path + "spring.entity_a");
+  EXPECT_EQ(verdict(CreateForceField{{PointGravityField{.softening = 0}}}),
+            "OUT_OF_RANGE " + path + "point_gravity.softening");
+  EXPECT_EQ(verdict(CreateForceField{{BuoyancyField{.surface_normal = {0, 0, 2}}}}),
+            "NOT_UNIT_LENGTH " + path + "buoyancy.surface_normal");
+  EXPECT_EQ(verdict(CreateForceField{{.kind = UniformField{}, .entities = {floor}}}),
+            "INVALID_VALUE " + path + "entity_ids[0]");
+  EXPECT_EQ(verdict(CreateForceField{{.kind = UniformField{}, .region = Region{{2e7, 0, 0}, {0, 0, 0}}}}),
+            "OUT_OF_RANGE " + path + "region.corner.x");
+  EXPECT_EQ(verdict(UpdateForceField{7, {UniformField{}}}), "ENTITY_NOT_FOUND commands[0].update_force_field.field.id");
+  EXPECT_EQ(verdict(DeleteForceField{7}), "ENTITY_NOT_FOUND commands[0].delete_force_field.field_id");
+  EXPECT_EQ(verdict(DeleteForceField{0}), "MISSING_FIELD commands[0].delete_force_field.field_id");
+}
+
+}  // namespace
+}  // namespace genphys::testing
