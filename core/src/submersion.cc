@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "genphys/convex_hull.h"
 #include "genphys/inertia.h"
 
 namespace genphys {
@@ -94,6 +95,22 @@ Part BoxBelow(const Vector3& half, const Level& level) {
   return PolyhedronBelow(faces, level);
 }
 
+Part HullBelow(const HullData& hull, const Level& level) {
+  double low = INFINITY, high = -INFINITY;
+  for (const Vector3& vertex : hull.vertices) {
+    low = std::min(low, level.normal.dot(vertex));
+    high = std::max(high, level.normal.dot(vertex));
+  }
+  if (level.offset <= low) return {};
+  if (level.offset >= high) return {hull.volume, hull.volume * hull.center_of_mass};
+  std::vector<std::vector<Vector3>> faces;
+  for (const HullData::Face& face : hull.faces) {
+    std::vector<Vector3>& corners = faces.emplace_back();
+    for (const uint32_t corner : hull.CornersOf(face)) corners.push_back(hull.vertices[corner]);
+  }
+  return PolyhedronBelow(faces, level);
+}
+
 // Gauss and Legendre's nodes and weights of order 10 on -1 .. 1 (Abramowitz and Stegun, table 25.4).
 constexpr std::array<std::pair<double, double>, 5> kNodes{{{0.1488743389816312, 0.2955242247147529},
                                                            {0.4333953941292472, 0.2692667193099963},
@@ -175,7 +192,22 @@ struct Below {
   Part operator()(const Cylinder& c) const {
     return TurnedBelow([&](double) { return c.radius; }, {-c.half_length, c.half_length}, level);
   }
+  Part operator()(const Cone& c) const {
+    const auto radius = [&](double z) { return c.radius * (c.half_length - z) / (2 * c.half_length); };
+    return TurnedBelow(radius, {-c.half_length, c.half_length}, level);
+  }
+  // Shrinking each axis to unit length makes it a ball, and leaves planes planes and parts of the volume the same.
+  Part operator()(const Ellipsoid& e) const {
+    const Vector3 scaled = e.semi_axes.cwiseProduct(level.normal);
+    const double length = scaled.norm(), scale = e.semi_axes.prod();
+    const Part ball = BallBelow(1, {scaled / length, level.offset / length});
+    return {scale * ball.volume, scale * e.semi_axes.cwiseProduct(ball.moment)};
+  }
+  Part operator()(const ConvexHull& hull) const { return HullBelow(*hull.data, level); }
+  // What has no volume displaces nothing.
   Part operator()(const Plane&) const { return {}; }
+  Part operator()(const TriangleMesh&) const { return {}; }
+  Part operator()(const Heightfield&) const { return {}; }
 };
 
 }  // namespace

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
+#include "genphys/convex_hull.h"
 #include "genphys/inertia.h"
 
 namespace genphys {
@@ -26,6 +28,18 @@ RigidBody BodyOf(const Shape& shape) {
 
 Submersion Below(const Shape& shape, double offset, const Vector3& normal = Vector3::UnitZ(), const Pose& pose = {}) {
   return Submerge(BodyOf(shape), pose, normal, offset);
+}
+
+const std::vector<Shape>& Solids() {
+  static const std::vector<Shape> solids{
+      Sphere{0.5},
+      Box{{0.3, 0.5, 0.9}},
+      Capsule{0.5, 0.4},
+      Cylinder{0.5, 0.7},
+      Cone{0.5, 0.6},
+      Ellipsoid{{0.3, 0.5, 0.9}},
+      *MakeConvexHull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.8, 0.7, 0.6}})};
+  return solids;
 }
 
 TEST(Submersion, OfABallIsASegment) {
@@ -78,12 +92,11 @@ TEST(Submersion, OfACapsuleThatStandsIsACapAndACylinder) {
 }
 
 TEST(Submersion, IsAllOrNothingFarFromTheSurface) {
-  for (const Shape& shape :
-       {Shape(Sphere{0.5}), Shape(Box{{1, 2, 3}}), Shape(Capsule{0.5, 1}), Shape(Cylinder{0.5, 1})}) {
-    const Vector3 place(3, 4, 5);
-    const Submersion all = Below(shape, 1e6, Vector3(0.6, 0, 0.8), {place, Quaternion(0.5, 0.5, 0.5, 0.5)});
+  for (const Shape& shape : Solids()) {
+    const Pose pose{{3, 4, 5}, Quaternion(0.5, 0.5, 0.5, 0.5)};
+    const Submersion all = Below(shape, 1e6, Vector3(0.6, 0, 0.8), pose);
     EXPECT_NEAR(all.volume_below / Volume(shape), 1, kQuadrature);
-    EXPECT_TRUE(all.center.isApprox(place, kQuadrature));
+    EXPECT_TRUE(all.center.isApprox(pose.Transform(CenterOfMass(shape)), kQuadrature));
     EXPECT_EQ(Below(shape, -1e6, Vector3(0.6, 0, 0.8)).volume_below, 0);
   }
 }
@@ -96,13 +109,12 @@ TEST(Submersion, AndItsComplementAreTheWhole) {
     const Pose pose{Vector3(any(random), any(random), any(random)),
                     Quaternion(any(random), any(random), any(random), any(random)).normalized()};
     const double offset = any(random);
-    for (const Shape& shape :
-         {Shape(Sphere{0.5}), Shape(Box{{0.3, 0.5, 0.9}}), Shape(Capsule{0.5, 0.4}), Shape(Cylinder{0.5, 0.7})}) {
+    for (const Shape& shape : Solids()) {
       const Submersion below = Below(shape, offset, normal, pose), above = Below(shape, -offset, -normal, pose);
       const double volume = Volume(shape);
       EXPECT_NEAR(below.volume_below + above.volume_below, volume, kQuadrature);
       const Vector3 moment = below.volume_below * below.center + above.volume_below * above.center;
-      EXPECT_LT((moment - volume * pose.position).norm(), kQuadrature);
+      EXPECT_LT((moment - volume * pose.Transform(CenterOfMass(shape))).norm(), kQuadrature);
     }
   }
 }
