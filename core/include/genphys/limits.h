@@ -28,7 +28,6 @@ struct Limits {
   static constexpr double kRestTimeMax = 1e6;
   static constexpr double kRayLengthMax = 2e7;
   /// Of a spring, a damper or a motor, in its own unit: N/m, N*s/m, N, or those of rotation.
-  static constexpr double kStiffnessMax = 1e15;
   static constexpr double kJointAngleMax = 1e4;
   static constexpr double kGearRatioMax = 1e6;
   /// How far the length of a quaternion or normal may be from one before it is refused; within, it is normalised.
