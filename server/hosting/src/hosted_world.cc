@@ -237,9 +237,9 @@ Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsReque
 }
 
 Result<v1::ListForceFieldsResponse> HostedWorld::ListForceFields(const v1::ListForceFieldsRequest& request) {
-  EntityPlace place{epoch_, 0};
+  ListPlace place{epoch_, 0};
   if (!request.page_token().empty()) {
-    const std::optional<EntityPlace> given = PlaceOf(request.page_token());
+    const std::optional<ListPlace> given = PlaceOf(request.page_token());
     if (!given || given->epoch != epoch_) {
       return Refuse(Reason::kInvalidValue, "page_token",
                     "page_token is not of this list: pages go on only until the world is reset");

@@ -15,27 +15,18 @@ namespace genphys {
 namespace {
 
 // By the number of the method.
-constexpr std::array<std::string_view, 21> kNames{"genphys.v1.WorldService.GetWorld",
-                                                  "genphys.v1.WorldService.DeleteWorld",
-                                                  "genphys.v1.WorldService.ResetWorld",
-                                                  "genphys.v1.WorldService.PlayWorld",
-                                                  "genphys.v1.WorldService.PauseWorld",
-                                                  "genphys.v1.SimulationService.CreateEntity",
-                                                  "genphys.v1.SimulationService.DeleteEntity",
-                                                  "genphys.v1.SimulationService.ApplyForce",
-                                                  "genphys.v1.SimulationService.GetEntity",
-                                                  "genphys.v1.SimulationService.ListEntities",
-                                                  "genphys.v1.SimulationService.ListJoints",
-                                                  "genphys.v1.SimulationService.ListForceFields",
-                                                  "genphys.v1.SimulationService.Step",
-                                                  "genphys.v1.SimulationService.CastRays",
-                                                  "genphys.v1.SimulationService.CastShape",
-                                                  "genphys.v1.SimulationService.FindOverlaps",
-                                                  "genphys.v1.SimulationService.FindClosest",
-                                                  "genphys.v1.SimulationService.MeasureDistances",
-                                                  "genphys.v1.SimulationService.GetContacts",
-                                                  "genphys.v1.SimulationService.WatchEvents",
-                                                  "genphys.v1.SimulationService.WatchFrames"};
+constexpr std::array<std::string_view, 21> kNames{
+    "genphys.v1.WorldService.GetWorld",          "genphys.v1.WorldService.DeleteWorld",
+    "genphys.v1.WorldService.ResetWorld",        "genphys.v1.WorldService.PlayWorld",
+    "genphys.v1.WorldService.PauseWorld",        "genphys.v1.SimulationService.CreateEntity",
+    "genphys.v1.SimulationService.DeleteEntity", "genphys.v1.SimulationService.ApplyForce",
+    "genphys.v1.SimulationService.GetEntity",    "genphys.v1.SimulationService.ListEntities",
+    "genphys.v1.SimulationService.ListJoints",   "genphys.v1.SimulationService.ListForceFields",
+    "genphys.v1.SimulationService.Step",         "genphys.v1.SimulationService.CastRays",
+    "genphys.v1.SimulationService.CastShape",    "genphys.v1.SimulationService.FindOverlaps",
+    "genphys.v1.SimulationService.FindClosest",  "genphys.v1.SimulationService.MeasureDistances",
+    "genphys.v1.SimulationService.GetContacts",  "genphys.v1.SimulationService.WatchEvents",
+    "genphys.v1.SimulationService.WatchFrames"};
 static_assert(kNames.size() == static_cast<size_t>(WorldMethod::kWatchFrames) + 1, "one name per method");
 
 std::array<WorldMethodInfo, kNames.size()> ReadContract() {

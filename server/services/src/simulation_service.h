@@ -10,16 +10,16 @@ using RawSimulationService =
             v1::SimulationService::WithRawCallbackMethod_ListEntities<
                 v1::SimulationService::WithRawCallbackMethod_ListJoints<
                     v1::SimulationService::WithRawCallbackMethod_ListForceFields<
-                    v1::SimulationService::WithRawCallbackMethod_Step<
-                        v1::SimulationService::WithRawCallbackMethod_CastRays<
-                            v1::SimulationService::WithRawCallbackMethod_CastShape<
-                                v1::SimulationService::WithRawCallbackMethod_FindOverlaps<
-                                    v1::SimulationService::WithRawCallbackMethod_FindClosest<
-                                        v1::SimulationService::WithRawCallbackMethod_MeasureDistances<
-                                            v1::SimulationService::WithRawCallbackMethod_GetContacts<
-                                                v1::SimulationService::WithRawCallbackMethod_WatchEvents<
-                                                    v1::SimulationService::WithRawCallbackMethod_WatchFrames<
-                                                        v1::SimulationService::Service>>>>>>>>>>>>>>>>;
+                        v1::SimulationService::WithRawCallbackMethod_Step<
+                            v1::SimulationService::WithRawCallbackMethod_CastRays<
+                                v1::SimulationService::WithRawCallbackMethod_CastShape<
+                                    v1::SimulationService::WithRawCallbackMethod_FindOverlaps<
+                                        v1::SimulationService::WithRawCallbackMethod_FindClosest<
+                                            v1::SimulationService::WithRawCallbackMethod_MeasureDistances<
+                                                v1::SimulationService::WithRawCallbackMethod_GetContacts<
+                                                    v1::SimulationService::WithRawCallbackMethod_WatchEvents<
+                                                        v1::SimulationService::WithRawCallbackMethod_WatchFrames<
+                                                            v1::SimulationService::Service>>>>>>>>>>>>>>>>;
 
 /// Hands encoded requests to worlds, and encoded replies and streams back.
 class SimulationService final : public RawSimulationService {
