@@ -237,20 +237,13 @@ Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsReque
 }
 
 Result<v1::ListForceFieldsResponse> HostedWorld::ListForceFields(const v1::ListForceFieldsRequest& request) {
-  ListPlace place{epoch_, 0};
-  if (!request.page_token().empty()) {
-    const std::optional<ListPlace> given = PlaceOf(request.page_token());
-    if (!given || given->epoch != epoch_) {
-      return Refuse(Reason::kInvalidValue, "page_token",
-                    "page_token is not of this list: pages go on only until the world is reset");
-    }
-    place = *given;
-  }
+  const Result<uint64_t> after = PlaceIn(request.page_token());
+  if (!after.ok()) return after.status();
   const std::map<ForceFieldId, ForceField>& fields = world_->scene().force_fields;
   const auto count = static_cast<int>(PageSize(request.page_size()));
   v1::ListForceFieldsResponse response;
   size_t bytes = 0;
-  for (auto field = fields.upper_bound(place.id); field != fields.end(); ++field) {
+  for (auto field = fields.upper_bound(*after); field != fields.end(); ++field) {
     if (response.fields_size() == count || bytes >= kPageBytesMax) {
       response.set_next_page_token(EncodePageToken(ToText({epoch_, response.fields().rbegin()->id()})));
       break;
