@@ -94,11 +94,16 @@ bool DirectSolve::Run() {
                          std::isinf(rows_[i].constraint->m_upperLimit);
     (is_free ? free : bounded).push_back(i);
   }
-  const Eigen::LDLT<Eigen::MatrixXd> factored(Matrix(free, free));
   const Eigen::MatrixXd coupling = Matrix(free, bounded);
-  // What the free rows do by themselves, and what they answer to each impulse of the others.
-  const Eigen::VectorXd alone = factored.solve(Wanted(free));
-  const Eigen::MatrixXd answer = factored.solve(coupling);
+  // What the free rows do by themselves, and what they answer to each impulse of the others. Eigen looks at the first
+  // element of what it solves for, so there has to be one.
+  Eigen::VectorXd alone(free.size());
+  Eigen::MatrixXd answer(free.size(), bounded.size());
+  if (!free.empty()) {
+    const Eigen::LDLT<Eigen::MatrixXd> factored(Matrix(free, free));
+    alone = factored.solve(Wanted(free));
+    if (!bounded.empty()) answer = factored.solve(coupling);
+  }
   Eigen::VectorXd impulses(bounded.size());
   for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = rows_[bounded[i]].constraint->m_appliedImpulse;
   Sweep(Matrix(bounded, bounded) - coupling.transpose() * answer, Wanted(bounded) - coupling.transpose() * alone,
