@@ -15,6 +15,8 @@ bool Holds(const Region& region, const Vector3& point) {
   return (point.array() >= low.array()).all() && (point.array() <= high.array()).all();
 }
 
+bool Resists(const DragField& drag) { return drag.linear > 0 || drag.quadratic > 0 || drag.angular > 0; }
+
 // The solution of m v' = -(linear + quadratic |v|) v after `h` seconds: its direction stays, and 1 / speed obeys a
 // linear equation (the substitution of Bernoulli).
 double Slowed(double speed, double mass, double linear, double quadratic, double h) {
@@ -129,7 +131,8 @@ void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, V
     if (const auto* drag = std::get_if<DragField>(&field.kind)) {
       if (ActsOn(field, row)) slow(*drag, 1);
     } else if (const auto* fluid = std::get_if<BuoyancyField>(&field.kind)) {
-      if (!ActsOn(field, row)) continue;
+      // What lies below is dear to find.
+      if (!Resists(fluid->drag) || !ActsOn(field, row)) continue;
       const Submersion part =
           Submerge(*entity(row).desc->rigid_body, state_.pose(row), fluid->surface_normal, fluid->surface_offset);
       if (part.volume > 0) slow(fluid->drag, part.volume_below / part.volume);

@@ -25,7 +25,7 @@ Status AboutRequest(const Status& status, std::string_view inner, std::string_vi
   return Refuse(refusal->reason, field, MessageOf(status));
 }
 
-// The place in a list of entities or joints: which epoch, and after which id.
+// The place in a list of entities, joints or force fields: which epoch, and after which id.
 struct ListPlace {
   uint64_t epoch = 0;
   uint64_t id = 0;
