@@ -6,6 +6,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 
 #include "genphys/backend.h"
 #include "genphys/hosting/in_process_host.h"
@@ -101,6 +102,29 @@ class Bench {
   BackendRegistry registry;
   WorkerPool pool{2};
 };
+
+// The thread on which the reply to a step is made.
+std::thread::id ThreadOfStep(WorldHost& host, bool has_commands) {
+  v1::StepRequest request;
+  request.set_world("worlds/a");
+  auto promise = std::make_shared<std::promise<std::thread::id>>();
+  host.Handle({.method = WorldMethod::kStep, .request = EncodeReply(request), .has_commands = has_commands},
+              [promise](const Result<Bytes>&) { promise->set_value(std::this_thread::get_id()); });
+  return promise->get_future().get();
+}
+
+TEST(InProcessHost, DoesQuickStepsWithoutCommandsOnTheThreadThatAsks) {
+  constexpr int kTries = 1000;  // whatever else the machine does, one step of a ball alone is quick
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a", "steady");
+  EXPECT_NE(ThreadOfStep(*host, false), std::this_thread::get_id()) << "nobody knows yet how long a step takes";
+
+  bool was_here = false;
+  for (int i = 0; i < kTries && !was_here; ++i) was_here = ThreadOfStep(*host, false) == std::this_thread::get_id();
+
+  EXPECT_TRUE(was_here);
+  EXPECT_NE(ThreadOfStep(*host, true), std::this_thread::get_id()) << "a command may take any time";
+}
 
 class FailingEngine : public ::testing::TestWithParam<Failure> {};
 

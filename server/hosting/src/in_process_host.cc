@@ -175,6 +175,9 @@ Progress InProcessHost::Serve(Pending& pending) {
     Finish(pending, Broken(Refuse(Reason::kDiverged, "", std::string("the engine failed: ") + fault.what())));
   } catch (const std::exception& exception) {
     Finish(pending, Broken(absl::InternalError(std::string("the request failed: ") + exception.what())));
+  } catch (...) {
+    // Nothing may leave: this can be a thread of gRPC's, which would end the program.
+    Finish(pending, Broken(absl::InternalError("the request failed with an exception of an unknown type")));
   }
   return Progress::kDone;
 }
