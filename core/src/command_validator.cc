@@ -7,6 +7,7 @@
 #include "cat.h"
 #include "genphys/limits.h"
 #include "genphys/world.h"
+#include "missing_features.h"
 #include "validate.h"
 
 namespace genphys {
@@ -167,23 +168,17 @@ Status CommandValidator::operator()(const SetGravity& command) {
 Status CommandValidator::operator()(const SetStepper& command) {
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckStepper(command.stepper), "stepper"));
   settings_.stepper = command.stepper;
-  return CheckEngine(settings_.engine);
+  const Backend* backend = world_.registry_.Find(settings_.engine);
+  if (backend == nullptr) return absl::OkStatus();
+  MissingFeatures missing(backend->capabilities());
+  if (command.stepper.solver == Solver::kDirect) missing.Need(Feature::kSolverDirect);
+  return missing.Check();
 }
 
 Status CommandValidator::operator()(const SetEngine& command) {
   GENPHYS_RETURN_IF_ERROR(CheckEngine(command.engine));
   settings_.engine = command.engine;
-  const Backend* backend = world_.registry_.Find(command.engine);
-  if (backend == nullptr) return absl::OkStatus();
-  const auto check = [&](const EntityDesc& desc) {
-    const Status status = CheckFeatures(desc, backend->capabilities());
-    return status.ok() ? status : Refuse(Reason::kUnsupportedFeature, "engine", MessageOf(status));
-  };
-  for (const PreparedEntity& prepared : prepared_) GENPHYS_RETURN_IF_ERROR(check(*prepared.desc));
-  for (const std::optional<SceneEntity>& entity : world_.scene().entities) {
-    if (entity && !changed_.contains(entity->id)) GENPHYS_RETURN_IF_ERROR(check(*entity->desc));
-  }
-  return CheckJointFeatures(backend->capabilities());
+  return absl::OkStatus();
 }
 
 Status CommandValidator::CheckEngine(const std::string& name) const {
@@ -192,14 +187,18 @@ Status CommandValidator::CheckEngine(const std::string& name) const {
   if (backend == nullptr) {
     return Refuse(Reason::kInvalidValue, "engine", Cat("there is no engine \"", name, "\"; see ListEngines"));
   }
-  const Capabilities& capabilities = backend->capabilities();
-  for (Feature feature : settings_.required_features) {
-    if (!capabilities.Has(feature)) return UnsupportedFeature(feature, name, "engine");
+  MissingFeatures missing(backend->capabilities());
+  for (const Feature feature : settings_.required_features) missing.Need(feature);
+  if (settings_.stepper.solver == Solver::kDirect) missing.Need(Feature::kSolverDirect);
+  for (const PreparedEntity& prepared : prepared_) missing.Need(*prepared.desc);
+  for (const std::optional<SceneEntity>& entity : world_.scene().entities) {
+    if (entity && !changed_.contains(entity->id)) missing.Need(*entity->desc);
   }
-  if (settings_.stepper.solver == Solver::kDirect && !capabilities.Has(Feature::kSolverDirect)) {
-    return UnsupportedFeature(Feature::kSolverDirect, name, "stepper.solver");
+  for (const JointKind& kind : kinds_) missing.Need(FeatureOf(kind));
+  for (const std::optional<SceneJoint>& joint : world_.scene().joints) {
+    if (joint && Find(joint->id, "").ok()) missing.Need(FeatureOf(joint->desc.kind));
   }
-  return absl::OkStatus();
+  return missing.Check();
 }
 
 Status CommandValidator::operator()(const ApplyForceColumns& command) {

@@ -67,7 +67,6 @@ class CommandValidator {
   Status CheckEnds(const JointDesc& joint) const;
   Status CheckFeature(const JointKind& kind) const;
   Status CheckMotor(JointId id, double velocity, const double* position) const;
-  Status CheckJointFeatures(const Capabilities& capabilities) const;
   Status CheckField(const ForceField& field) const;
   Status CheckFieldId(ForceFieldId id, std::string_view field) const;
 

@@ -92,18 +92,6 @@ Status CommandValidator::CheckFeature(const JointKind& kind) const {
   return UnsupportedFeature(feature, settings_.engine, NameOf(kind));
 }
 
-Status CommandValidator::CheckJointFeatures(const Capabilities& capabilities) const {
-  const auto check = [&](const JointKind& kind) {
-    const Feature feature = FeatureOf(kind);
-    return capabilities.Has(feature) ? absl::OkStatus() : UnsupportedFeature(feature, capabilities.engine(), "engine");
-  };
-  for (const JointKind& kind : kinds_) GENPHYS_RETURN_IF_ERROR(check(kind));
-  for (const std::optional<SceneJoint>& joint : world_.scene().joints) {
-    if (joint && Find(joint->id, "").ok()) GENPHYS_RETURN_IF_ERROR(check(joint->desc.kind));
-  }
-  return absl::OkStatus();
-}
-
 Status CommandValidator::operator()(const CreateJoint& command) {
   if (world_.joint_count() + ++created_joints_ > Limits::kJointsMax) {
     return Refuse(Reason::kLimitExceeded, "joint", Cat("a world holds ", Limits::kJointsMax, " joints"));

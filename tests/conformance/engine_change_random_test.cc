@@ -106,8 +106,8 @@ void ExpectThoseApartAsEver(const RandomScene& scene) {
     EXPECT_EQ(VelocityOf(world, scene.sleepers[i]).norm(), 0);
   }
   if (!scene.hook.is_null()) {
-    // A substep goes straight on along the tangent: by (v h)^2 / 2 r off the circle of 1 m, at no more speed than that of
-    // the start and of a fall through its radius.
+    // A substep goes straight on along the tangent: by (v h)^2 / 2 r off the circle of 1 m, at no more speed than that
+    // of the start and of a fall through its radius.
     const double square = 1 + 2 * world.scene().world.gravity.norm();
     EXPECT_LE(GapOf(world, scene.hook), 2 * square * std::pow(LongestSubstep(world), 2) / 2);
   }

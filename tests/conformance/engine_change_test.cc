@@ -3,6 +3,8 @@
 #include <map>
 
 #include "conformance/engine_test.h"
+#include "support/joints.h"
+#include "support/shapes.h"
 
 namespace genphys::testing {
 namespace {
@@ -110,6 +112,28 @@ TEST_P(EngineChange, NothingMovesOnNoEngine) {
   Steps(*scene.world, 1);
 
   EXPECT_LT(PositionOf(*scene.world, scene.ball).z(), before.positions(2, scene.ball.index()));
+}
+
+TEST_P(EngineChange, IsRefusedWithTheListOfWhatIsMissingAndChangesNothing) {
+  const auto world = MakeWorld();
+  const EntityId ball = Add(*world, Ball({0, 0, 5}));
+  Add(*world, Body(HullBox({0.5, 0.5, 0.5}), {3, 0, 0.5}));
+  EntityDesc gate = Block({0, 0, 3}, {1, 1, 0.1});
+  gate.rigid_body->geometries[0].is_sensor = true;
+  Add(*world, gate);
+  Join(*world, ToWorld(ball, HingeJoint{}));
+  Steps(*world, 10);
+  const uint64_t before = world->StateHash();
+
+  const Command command = SetEngine{"ballistic"};
+  const Status status = world->Apply({&command, 1}).status();
+
+  ASSERT_TRUE(RefusalOf(status));
+  EXPECT_EQ(RefusalOf(status)->reason, Reason::kUnsupportedFeature);
+  EXPECT_EQ(RefusalOf(status)->field, "commands[0].set_engine.engine");
+  EXPECT_TRUE(MessageOf(status).ends_with("shape_plane, shape_convex_hull, sensors, joint_hinge")) << status;
+  EXPECT_EQ(world->StateHash(), before);
+  Steps(*world, 10);
 }
 
 TEST_P(EngineChange, AStackStandsOnADifferentEngineForEachStep) {

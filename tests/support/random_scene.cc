@@ -216,11 +216,8 @@ class Builder {
     add(BuoyancyField{.surface_offset = 0.5, .fluid_density = 1000, .drag = {.linear = 1}});
     if (movers_.size() < 2) return;
     const double mass = std::min(movers_[0].second, movers_[1].second);
-    add(SpringField{.a = movers_[0].first,
-                    .b = movers_[1].first,
-                    .rest_length = 2,
-                    .stiffness = mass * 20,
-                    .damping = mass});
+    add(SpringField{
+        .a = movers_[0].first, .b = movers_[1].first, .rest_length = 2, .stiffness = mass * 20, .damping = mass});
   }
 
   void AddForces() {
@@ -247,7 +244,8 @@ class Builder {
     if (Can(Feature::kJointBall)) {
       EntityDesc bob = Ball({-kApart, 1, 10}, 0.2, random_.LogUniform(kMassMin, kMassMax));
       bob.rigid_body->linear_velocity = {1, 0, 0};
-      scene_.hook = Join(*scene_.world, ToWorld(Add(*scene_.world, bob), BallJoint{}, Pose{{-kApart, 0, 10}, {1, 0, 0, 0}}));
+      scene_.hook =
+          Join(*scene_.world, ToWorld(Add(*scene_.world, bob), BallJoint{}, Pose{{-kApart, 0, 10}, {1, 0, 0, 0}}));
     }
     EntityDesc flyer = Ball({0, kApart, 500}, 0.3, random_.LogUniform(kMassMin, kMassMax));
     flyer.rigid_body->gravity_scale = 0;
@@ -255,9 +253,9 @@ class Builder {
     scene_.flyer = Add(*scene_.world, flyer);
     scene_.push = random_.Vector(1);
     scene_.push_steps = static_cast<uint32_t>(20 + random_.Below(150));
-    Do(*scene_.world, ApplyForce{.id = scene_.flyer,
-                                 .force = *flyer.rigid_body->inertia.mass * scene_.push,
-                                 .steps = scene_.push_steps});
+    Do(*scene_.world,
+       ApplyForce{
+           .id = scene_.flyer, .force = *flyer.rigid_body->inertia.mass * scene_.push, .steps = scene_.push_steps});
   }
 
   const std::vector<std::string> engines_;
