@@ -20,6 +20,7 @@
 #include "quiet.h"
 #include "results.h"
 #include "scenes.h"
+#include "support/machine.h"
 
 namespace genphys::bench {
 namespace {

@@ -10,13 +10,10 @@ namespace genphys::bench {
 /// All that one run found out.
 struct Results {
   std::vector<Outcome> outcomes;
-  std::string date;             // ISO 8601, UTC
+  std::string date;             // as Now() tells it
   std::string python_versions;  // a JSON object, as python_client.py prints it
   double load_before = 0;       // load average of the minute before
 };
-
-/// The moment, as Results::date has it.
-std::string Now();
 
 /// As JSON, with a description of the machine and of what ran on it that names neither.
 std::string ToJson(const Results& results, const BackendRegistry& registry);

@@ -1,0 +1,104 @@
+#include <cmath>
+#include <string>
+
+#include "dice.h"
+#include "problem.h"
+
+namespace genphys::bench {
+namespace {
+
+constexpr int kRate = 60;
+
+// Far enough from each other to know nothing of each other.
+Problem Tumblers() {
+  constexpr int kRow = 10;
+  constexpr double kSpacing = 5;
+  Problem problem{.id = "T.tumblers", .title = "1,000 tumbling bodies in free flight", .duration = 1, .rates = {kRate}};
+  problem.scene.gravity.setZero();
+  Dice dice(1);
+  for (int i = 0; i < kRow * kRow * kRow; ++i) {
+    const Vector3 place(i % kRow, i / kRow % kRow, i / kRow / kRow);
+    problem.scene.Add(Box{{0.8, 0.6, 0.35}}, 12, {.position = kSpacing * place}, Vector3::Zero(),
+                      2 * dice.NextVector());
+  }
+  return problem;
+}
+
+// Layers of boxes in slight disorder, `rise` apart, that fall on each other.
+Scene Pile(int row, int layers, double rise, double restitution) {
+  constexpr double kSpacing = 1.3;
+  constexpr double kAside = 0.3;
+  constexpr double kTurn = 0.3;
+  Scene scene{.has_ground = true, .friction = 0.5, .restitution = restitution};
+  Dice dice(1);
+  for (int layer = 0; layer < layers; ++layer) {
+    const double aside = layer % 2 == 0 ? -kAside : kAside;
+    for (int i = 0; i < row * row; ++i) {
+      Pose pose = At(kSpacing * (i % row) + aside, kSpacing * (i / row) + aside, 0.6 + rise * layer);
+      pose.orientation = Turn(kTurn * dice.Next(), Vector3::UnitZ());
+      scene.Add(Box{{0.5, 0.5, 0.5}}, 1, pose);
+    }
+  }
+  return scene;
+}
+
+Problem RestingPile() {
+  return {.id = "T.pile",
+          .title = "1,000 boxes in a pile that has come to rest, awake",
+          .scene = Pile(10, 10, 1.1, 0),
+          .duration = 1,
+          .rates = {kRate},
+          .settle = 4};
+}
+
+Problem FallingPile() {
+  return {.id = "T.falling",
+          .title = "216 boxes that fall on each other, e = 0.3",
+          .scene = Pile(6, 6, 1.3, 0.3),
+          .duration = 3,
+          .rates = {kRate}};
+}
+
+Problem Joints() {
+  constexpr int kChains = 20;
+  constexpr int kLinks = 10;
+  constexpr double kLength = 0.2;
+  Problem problem{
+      .id = "T.joints", .title = "20 swinging chains of 10 links: 200 joints", .duration = 2, .rates = {kRate}};
+  for (int chain = 0; chain < kChains; ++chain) {
+    const Vector3 hook(0, chain, 0);
+    std::optional<size_t> above;
+    for (int i = 0; i < kLinks; ++i) {
+      const Vector3 place = hook + Vector3(kLength * (i + 0.5), 0, 0);
+      const Pose pose{place, Turn(1.5707963267948966, Vector3::UnitY())};
+      const size_t link = problem.scene.Add(Capsule{0.02, kLength / 2 - 0.02}, 0.1, pose);
+      problem.scene.Join(BallJoint{}, above, link, hook + Vector3(kLength * i, 0, 0));
+      above = link;
+    }
+  }
+  return problem;
+}
+
+}  // namespace
+
+void AddCosts(std::vector<Problem>& problems) {
+  problems.push_back(Tumblers());
+  problems.push_back(RestingPile());
+  problems.push_back(FallingPile());
+  problems.push_back(Joints());
+}
+
+std::vector<Problem> Problems() {
+  std::vector<Problem> problems;
+  AddFreeBodies(problems);
+  AddJoints(problems);
+  AddChains(problems);
+  AddSliding(problems);
+  AddBounces(problems);
+  AddCollisions(problems);
+  AddSwitches(problems);
+  AddCosts(problems);
+  return problems;
+}
+
+}  // namespace genphys::bench

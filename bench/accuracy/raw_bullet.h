@@ -1,0 +1,13 @@
+#pragma once
+#include <memory>
+
+#include "scene.h"
+#include "simulation.h"
+
+namespace genphys::bench {
+
+/// `scene` in a world of Bullet's own, in double precision, as its manual sets one up, all parameters at their defaults
+/// but one: nobody falls asleep.
+std::unique_ptr<Simulation> SimulateInRawBullet(const Scene& scene);
+
+}  // namespace genphys::bench

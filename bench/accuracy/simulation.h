@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+
+#include "genphys/math.h"
+
+namespace genphys::bench {
+
+/// What a body is doing, of its centre of mass, in world coordinates.
+struct Motion {
+  Vector3 position = Vector3::Zero();  // m
+  Quaternion orientation = Quaternion::Identity();
+  Vector3 velocity = Vector3::Zero();  // m/s
+  Vector3 spin = Vector3::Zero();      // rad/s
+};
+
+/// A scene in the hands of one contender. Bodies and joints are named by their places in the scene. What goes wrong is
+/// a std::runtime_error.
+class Simulation {
+ public:
+  Simulation() = default;
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+  virtual ~Simulation() = default;
+
+  virtual void Step(double step_size) = 0;
+  virtual Motion MotionOf(size_t body) const = 0;
+
+  /// From now on `force` (N) and `torque` (N*m), in world coordinates, act on the centre of mass of `body`.
+  virtual void Hold(size_t body, const Vector3& force, const Vector3& torque) = 0;
+  virtual void SetGravity(const Vector3& gravity) = 0;
+  virtual void Remove(size_t body) = 0;
+  virtual void Release(size_t joint) = 0;
+};
+
+}  // namespace genphys::bench
