@@ -46,13 +46,17 @@ Material Filled(const Material& material, const Material& defaults) {
   filled.density = Either(material.density, defaults.density, 1000.0);
   filled.friction_mixing = Either(material.friction_mixing, defaults.friction_mixing, Mixing::kGeometricMean);
   filled.restitution_mixing = Either(material.restitution_mixing, defaults.restitution_mixing, Mixing::kGeometricMean);
+  filled.rolling_friction = Either(material.rolling_friction, defaults.rolling_friction, 0.0);
+  filled.spinning_friction = Either(material.spinning_friction, defaults.spinning_friction, 0.0);
   return filled;
 }
 
 MixedMaterial Mix(const Material& a, const Material& b) {
   const Mixing friction = std::max(*a.friction_mixing, *b.friction_mixing);
   return {Mixed(friction, *a.friction, *b.friction), Mixed(friction, *a.kinetic_friction, *b.kinetic_friction),
-          Mixed(std::max(*a.restitution_mixing, *b.restitution_mixing), *a.restitution, *b.restitution)};
+          Mixed(std::max(*a.restitution_mixing, *b.restitution_mixing), *a.restitution, *b.restitution),
+          Mixed(friction, *a.rolling_friction, *b.rolling_friction),
+          Mixed(friction, *a.spinning_friction, *b.spinning_friction)};
 }
 
 AutoDisable Filled(const AutoDisable& policy, const AutoDisable& defaults) {

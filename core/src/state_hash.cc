@@ -68,7 +68,8 @@ void Put(ByteWriter& out, const Pose& pose) {
 }
 
 void Put(ByteWriter& out, const Material& material) {
-  const auto& [friction, kinetic_friction, restitution, density, friction_mixing, restitution_mixing] = material;
+  const auto& [friction, kinetic_friction, restitution, density, friction_mixing, restitution_mixing, rolling_friction,
+               spinning_friction] = material;
   out.Put(friction);
   out.Put(kinetic_friction);
   out.Put(restitution);
@@ -76,6 +77,8 @@ void Put(ByteWriter& out, const Material& material) {
   for (const std::optional<Mixing>& rule : {friction_mixing, restitution_mixing}) {
     out.Put(static_cast<uint8_t>(rule ? static_cast<int>(*rule) + 1 : 0));
   }
+  out.Put(rolling_friction);
+  out.Put(spinning_friction);
 }
 
 void Put(ByteWriter& out, const AutoDisable& policy) {

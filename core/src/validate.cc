@@ -165,6 +165,8 @@ Status CheckMaterial(const Material& material) {
   GENPHYS_RETURN_IF_ERROR(CheckOptional(material.friction, 0, Limits::kFrictionMax, "friction"));
   GENPHYS_RETURN_IF_ERROR(CheckOptional(material.kinetic_friction, 0, Limits::kFrictionMax, "kinetic_friction"));
   GENPHYS_RETURN_IF_ERROR(CheckOptional(material.restitution, 0, 1, "restitution"));
+  GENPHYS_RETURN_IF_ERROR(CheckOptional(material.rolling_friction, 0, Limits::kFrictionArmMax, "rolling_friction"));
+  GENPHYS_RETURN_IF_ERROR(CheckOptional(material.spinning_friction, 0, Limits::kFrictionArmMax, "spinning_friction"));
   return CheckOptional(material.density, Limits::kDensityMin, Limits::kDensityMax, "density");
 }
 

@@ -130,6 +130,8 @@ TEST(DeclaredLimits, AreTheLimitsOfTheModel) {
       {v1::Material::descriptor(), "density", L::kDensityMin, L::kDensityMax},
       {v1::Material::descriptor(), "friction", 0, L::kFrictionMax},
       {v1::Material::descriptor(), "kinetic_friction", 0, L::kFrictionMax},
+      {v1::Material::descriptor(), "rolling_friction", 0, L::kFrictionArmMax},
+      {v1::Material::descriptor(), "spinning_friction", 0, L::kFrictionArmMax},
       {v1::World::descriptor(), "gravity", -L::kGravityMax, L::kGravityMax},
       {v1::SetGravity::descriptor(), "gravity", -L::kGravityMax, L::kGravityMax},
       {v1::ApplyForce::descriptor(), "force", -L::kForceMax, L::kForceMax},

@@ -89,14 +89,18 @@ TEST(Materials, TakeTheWorldsDefaultsAndThenTheModels) {
                               .restitution = 0.7,
                               .density = 1000,
                               .friction_mixing = Mixing::kGeometricMean,
-                              .restitution_mixing = Mixing::kGeometricMean}));
+                              .restitution_mixing = Mixing::kGeometricMean,
+                              .rolling_friction = 0,
+                              .spinning_friction = 0}));
   EXPECT_EQ(*Filled(Material{.friction = 0.2}, Material{.kinetic_friction = 0.6}).kinetic_friction, 0.2);
   EXPECT_EQ(Filled(), (Material{.friction = 0.5,
                                 .kinetic_friction = 0.5,
                                 .restitution = 0,
                                 .density = 1000,
                                 .friction_mixing = Mixing::kGeometricMean,
-                                .restitution_mixing = Mixing::kGeometricMean}));
+                                .restitution_mixing = Mixing::kGeometricMean,
+                                .rolling_friction = 0,
+                                .spinning_friction = 0}));
 }
 
 }  // namespace

@@ -11,6 +11,8 @@ Material DecodeMaterial(const v1::Material& material) {
   if (material.has_kinetic_friction()) decoded.kinetic_friction = material.kinetic_friction();
   if (material.has_restitution()) decoded.restitution = material.restitution();
   if (material.has_density()) decoded.density = material.density();
+  if (material.has_rolling_friction()) decoded.rolling_friction = material.rolling_friction();
+  if (material.has_spinning_friction()) decoded.spinning_friction = material.spinning_friction();
   decoded.friction_mixing = DecodeMixing(material.friction_mixing());
   decoded.restitution_mixing = DecodeMixing(material.restitution_mixing());
   return decoded;
@@ -21,6 +23,8 @@ void EncodeMaterial(const Material& material, v1::Material* out) {
   if (material.kinetic_friction) out->set_kinetic_friction(*material.kinetic_friction);
   if (material.restitution) out->set_restitution(*material.restitution);
   if (material.density) out->set_density(*material.density);
+  if (material.rolling_friction) out->set_rolling_friction(*material.rolling_friction);
+  if (material.spinning_friction) out->set_spinning_friction(*material.spinning_friction);
   if (material.friction_mixing) out->set_friction_mixing(EncodeMixing(*material.friction_mixing));
   if (material.restitution_mixing) out->set_restitution_mixing(EncodeMixing(*material.restitution_mixing));
 }

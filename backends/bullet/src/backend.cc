@@ -61,7 +61,7 @@ Status CheckSolver() {
   solver.SetIterations(kIterations);
   solver.Begin(1);
   solver.AddBody(body);
-  solver.AddPair(nullptr, &body, {&point, 1}, {&none, 1});
+  solver.AddPair(nullptr, &body, {}, {&point, 1}, {&none, 1});
   solver.Solve(kStepSize);
   solver.TakeImpulses(0, {&point, 1});
   if (body.motion.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {

@@ -18,6 +18,8 @@ constexpr int kIterationsMax = 100;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-4;
+// rad/s: what turns more slowly has no direction.
+constexpr double kNoSpin = 1e-9;
 
 btVector3 CenterOf(const btSolverBody& body) { return body.m_worldTransform.getOrigin(); }
 
@@ -78,19 +80,22 @@ void ContactSolver::Begin(double warm_scale) {
   bodies_.clear();
   rows_.clear();
   first_manifolds_.clear();
+  first_points_.clear();
+  points_.clear();
   manifold_count_ = 0;
 }
 
-void ContactSolver::AddPair(Body* a, Body* b, std::span<const ContactPoint> points,
+void ContactSolver::AddPair(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
                             std::span<const PointImpulse> warm_impulses) {
   first_manifolds_.push_back(manifold_count_);
+  first_points_.push_back(points_.size());
   for (size_t first = 0; first < points.size(); first += MANIFOLD_CACHE_SIZE) {
     const size_t count = std::min<size_t>(points.size() - first, MANIFOLD_CACHE_SIZE);
-    AddManifold(a, b, points.subspan(first, count), warm_impulses.subspan(first, count));
+    AddManifold(a, b, material, points.subspan(first, count), warm_impulses.subspan(first, count));
   }
 }
 
-void ContactSolver::AddManifold(Body* a, Body* b, std::span<const ContactPoint> points,
+void ContactSolver::AddManifold(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
                                 std::span<const PointImpulse> warm_impulses) {
   if (manifold_count_ == manifolds_.size()) manifolds_.emplace_back();
   btPersistentManifold& manifold = manifolds_[manifold_count_++];
@@ -105,7 +110,8 @@ void ContactSolver::AddManifold(Body* a, Body* b, std::span<const ContactPoint> 
     point.m_positionWorldOnA = point.m_positionWorldOnB = ToBullet(points[i].position);
     point.m_combinedFriction = points[i].friction;
     point.m_appliedImpulse = warm_scale_ * warm_impulses[i].normal;
-    point.m_userPersistentData = const_cast<PointImpulse*>(&warm_impulses[i]);
+    point.m_userPersistentData = reinterpret_cast<void*>(points_.size());
+    points_.push_back({&warm_impulses[i], material.rolling_friction, material.spinning_friction});
   }
 }
 
@@ -147,11 +153,21 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 
 void ContactSolver::convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) {
   btSequentialImpulseConstraintSolver::convertContacts(manifolds, count, info);
+  StartFriction();
+  AddTorsions();
+}
+
+ContactSolver::AddedPoint& ContactSolver::AddedAs(const btSolverConstraint& normal) {
+  const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
+  return points_[reinterpret_cast<size_t>(point.m_userPersistentData)];
+}
+
+void ContactSolver::StartFriction() {
   for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
     btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
     const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row.m_frictionIndex];
     const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
-    const auto& warm = *static_cast<const PointImpulse*>(point.m_userPersistentData);
+    const PointImpulse& warm = *AddedAs(normal).warm;
     const bool is_second = is_direct_ && i % 2 == 1;
     const btVector3& direction = is_second ? point.m_lateralFrictionDir2 : point.m_lateralFrictionDir1;
     const double wanted = -warm_scale_ * warm.friction.dot(FromBullet(direction));
@@ -164,6 +180,61 @@ void ContactSolver::convertContacts(btPersistentManifold** manifolds, int count,
     b.internalApplyImpulse(row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB,
                            row.m_appliedImpulse);
   }
+}
+
+void ContactSolver::AddTorsions() {
+  torsions_.resizeNoInitialize(0);
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[i];
+    const AddedPoint& added = AddedAs(normal);
+    if (added.rolling_friction == 0 && added.spinning_friction == 0) continue;
+    const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
+    const Vector3 axis = FromBullet(point.m_normalWorldOnB);
+    if (added.spinning_friction > 0) AddTorsion(i, axis, added.spinning_friction);
+    if (added.rolling_friction == 0) continue;
+    // The bound is one of each axis alone: along the rolling it is the same whatever way that goes.
+    const Vector3 spin = FromBullet(m_tmpSolverBodyPool[normal.m_solverBodyIdB].m_angularVelocity -
+                                    m_tmpSolverBodyPool[normal.m_solverBodyIdA].m_angularVelocity);
+    const Vector3 across = spin - axis * axis.dot(spin);
+    const double speed = across.norm();
+    const Vector3 first = speed > kNoSpin ? Vector3(across / speed) : axis.unitOrthogonal();
+    AddTorsion(i, first, added.rolling_friction);
+    AddTorsion(i, axis.cross(first), added.rolling_friction);
+  }
+}
+
+void ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm) {
+  const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[normal_index];
+  btSolverBody& a = m_tmpSolverBodyPool[normal.m_solverBodyIdA];
+  btSolverBody& b = m_tmpSolverBodyPool[normal.m_solverBodyIdB];
+  btSolverConstraint& to = torsions_.expandNonInitializing();
+  std::memset(static_cast<void*>(&to), 0, sizeof(to));
+  to.m_solverBodyIdA = normal.m_solverBodyIdA;
+  to.m_solverBodyIdB = normal.m_solverBodyIdB;
+  to.m_frictionIndex = normal_index;
+  to.m_friction = arm;
+  FillRow({.kind = JointRow::Kind::kAngular, .axis = axis}, a, b, to);
+  const double bound = arm * normal.m_appliedImpulse;
+  to.m_appliedImpulse = std::clamp(warm_scale_ * AddedAs(normal).warm->torque.dot(axis), -bound, bound);
+  a.internalApplyImpulse(btVector3(0, 0, 0), to.m_angularComponentA, to.m_appliedImpulse);
+  b.internalApplyImpulse(btVector3(0, 0, 0), to.m_angularComponentB, to.m_appliedImpulse);
+}
+
+btScalar ContactSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                             btPersistentManifold** manifolds, int manifold_count,
+                                             btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  btScalar residual = btSequentialImpulseConstraintSolver::solveSingleIteration(
+      iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  for (int i = 0; i < torsions_.size(); ++i) {
+    btSolverConstraint& row = torsions_[i];
+    row.m_upperLimit = row.m_friction * m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse;
+    row.m_lowerLimit = -row.m_upperLimit;
+    const btScalar lacked = resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
+                                                              m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
+    residual = std::max(residual, lacked * lacked);
+  }
+  return residual;
 }
 
 btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
@@ -194,12 +265,23 @@ bool ContactSolver::SolveDirectly() {
     row.m_upperLimit = row.m_friction;
     solve.Add(row, first_contact + row.m_frictionIndex, kDirectSoftness);
   }
+  for (int i = 0; i < torsions_.size(); ++i) {
+    btSolverConstraint& row = torsions_[i];
+    row.m_lowerLimit = -row.m_friction;
+    row.m_upperLimit = row.m_friction;
+    solve.Add(row, first_contact + row.m_frictionIndex, kDirectSoftness);
+  }
   return solve.Run();
 }
 
 btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, const btContactSolverInfo& info) {
   for (size_t i = 0; i < rows_.size(); ++i) {
     rows_[i].row->impulse = m_tmpSolverNonContactConstraintPool[static_cast<int>(i)].m_appliedImpulse;
+  }
+  for (int i = 0; i < torsions_.size(); ++i) {
+    const btSolverConstraint& row = torsions_[i];
+    AddedAs(m_tmpSolverContactConstraintPool[row.m_frictionIndex]).torque +=
+        row.m_appliedImpulse * FromBullet(row.m_relpos2CrossNormal);
   }
   writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), info);
   for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {

@@ -32,7 +32,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. The first of `warm_impulses` are where its points start from.
-  void AddPair(Body* a, Body* b, std::span<const ContactPoint> points, std::span<const PointImpulse> warm_impulses);
+  void AddPair(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
+               std::span<const PointImpulse> warm_impulses);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
@@ -47,15 +48,23 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Fills the impulses of the points of the pair that was added as number `index`.
   void TakeImpulses(size_t index, std::span<ContactPoint> points) const;
 
+  /// What resisted rolling and spinning at a point of that pair, N*m*s on b, world.
+  const Vector3& torque(size_t index, size_t point) const { return points_[first_points_[index] + point].torque; }
+
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
  private:
   // Bullet's manifolds hold four points, and a pair with a mesh may have more.
-  void AddManifold(Body* a, Body* b, std::span<const ContactPoint> points, std::span<const PointImpulse> warm_impulses);
+  void AddManifold(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
+                   std::span<const PointImpulse> warm_impulses);
   // Replaces Bullet's: rows come as the layer writes them.
   void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;
   // Adds to Bullet's that friction also starts from what it was.
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
+  // Adds to Bullet's what resists rolling and spinning.
+  btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                btPersistentManifold** manifolds, int manifold_count, btTypedConstraint** constraints,
+                                int constraint_count, const btContactSolverInfo& info, btIDebugDraw* drawer) override;
   btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
@@ -69,7 +78,17 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     Body* b;
     JointRow* row;
   };
+  struct AddedPoint {
+    const PointImpulse* warm;
+    double rolling_friction;  // m
+    double spinning_friction;
+    Vector3 torque = Vector3::Zero();  // N*m*s on b, found
+  };
   int SolverBodyOf(Body* body, double step_size);
+  AddedPoint& AddedAs(const btSolverConstraint& normal);
+  void StartFriction();
+  void AddTorsions();
+  void AddTorsion(int normal, const Vector3& axis, double arm);
 
   // False if the equations cannot be solved all at once.
   bool SolveDirectly();
@@ -85,6 +104,10 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<btPersistentManifold*> manifold_pointers_;
   size_t manifold_count_ = 0;
   std::vector<AddedRow> rows_;
+  std::vector<AddedPoint> points_;
+  std::vector<size_t> first_points_;  // by pair
+  // Rows about lines: m_friction is how far they reach, m and m_frictionIndex the normal whose impulse bounds them.
+  btConstraintArray torsions_;
   bool is_direct_ = false;
 };
 

@@ -115,6 +115,7 @@ void WarmStart::Save(std::string& bytes) const {
       Append(memory->places[i], bytes);
       Append(memory->impulses[i].normal, bytes);
       Append(memory->impulses[i].friction, bytes);
+      Append(memory->impulses[i].torque, bytes);
     }
   }
 }

@@ -14,6 +14,7 @@ namespace genphys::bullet_backend {
 struct PointImpulse {
   double normal = 0;                   // along the normal
   Vector3 friction = Vector3::Zero();  // across it
+  Vector3 torque = Vector3::Zero();    // N*m*s, of what resists rolling and spinning
 };
 
 /// One for each point of a pair: few, but for meshes.

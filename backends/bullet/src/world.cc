@@ -113,7 +113,7 @@ void World::Recall(const ContactBuffer& solved) {
     warm_start_.Add(key, points.first(std::min<size_t>(points.size(), Manifold::kPointsPerNormal)));
     PairMemory& memory = warm_start_.pairs().back();
     for (size_t i = 0; i < memory.impulses.size(); ++i) {
-      memory.impulses[i] = {points[i].normal_impulse, points[i].friction_impulse};
+      memory.impulses[i] = {points[i].normal_impulse, points[i].friction_impulse, Vector3::Zero()};
     }
   }
 }
@@ -181,7 +181,8 @@ void World::LoadContacts(uint32_t island, const StateArrays& state, const Contac
     solved_pairs_.push_back(i);
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
-    solver_.AddPair(side_a, side_b, std::span(contacts.points).subspan(pair.first_point, pair.point_count),
+    solver_.AddPair(side_a, side_b, pair.material,
+                    std::span(contacts.points).subspan(pair.first_point, pair.point_count),
                     warm_start_.pairs()[i].impulses);
   }
 }
@@ -202,8 +203,9 @@ void World::StoreImpulses(ContactBuffer& contacts) {
     const std::span<ContactPoint> points = PointsOf(contacts.pairs[solved_pairs_[i]], contacts);
     solver_.TakeImpulses(i, points);
     PairMemory& memory = warm_start_.pairs()[solved_pairs_[i]];
-    for (size_t j = 0; j < points.size(); ++j)
-      memory.impulses[j] = {points[j].normal_impulse, points[j].friction_impulse};
+    for (size_t j = 0; j < points.size(); ++j) {
+      memory.impulses[j] = {points[j].normal_impulse, points[j].friction_impulse, solver_.torque(i, j)};
+    }
   }
 }
 

@@ -34,9 +34,16 @@ constexpr size_t kDirectRowsMax = 300;
 // The exact solver eliminates one contact after the other. Where a feather meets a mountain too little is left of the
 // sixteen digits of a number, and it fails; the iterative one only comes nearer the solution more slowly.
 constexpr double kDirectSpreadMax = 1e6;
+// m: ODE counts the rows of all axes about which a contact resists, also of those where it does so by nothing, but then
+// leaves them empty, and divides by what is in them.
+constexpr double kLeastArm = 1e-30;
+// kg and kg*m^2: nothing of the model moves that.
+constexpr double kImmovableMass = 1e30;
 // Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
 // it keeps a resting body trembling.
 constexpr double kSlipGate = 0.02 * 9.81;
+// rad/s^2: the same of a direction of rolling.
+constexpr double kRollGate = 0.2;
 
 Vector3 FromOde(const dReal* v) { return {v[0], v[1], v[2]}; }
 
@@ -71,6 +78,16 @@ void SetFriction(const ContactConstraint& contact, double step_size, dContact& t
     to.surface.mode |= dContactFDir1;
     ToOde(slip / speed, to.fdir1);
   }
+}
+
+// Resistance to rolling is bounded along the same two axes. Where nothing slides the first follows the rolling.
+void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to) {
+  if (contact.rolling_friction == 0 || (to.surface.mode & dContactFDir1) != 0) return;
+  const Vector3 along = contact.relative_spin.cross(contact.normal);
+  const double spin = along.norm();
+  if (spin <= kRollGate * step_size) return;
+  to.surface.mode |= dContactFDir1;
+  ToOde(along / spin, to.fdir1);
 }
 
 void SetSoftness(double softness, dContact& to) {
@@ -108,7 +125,6 @@ ContactSolver::ContactSolver(const StepperSettings& settings)
   dWorldSetGravity(world_, 0, 0, 0);
   dWorldSetAutoDisableFlag(world_, 0);
   dWorldSetDamping(world_, 0, 0);
-  dWorldSetCFM(world_, 0);
   dWorldSetERP(world_, kErrorReduction);
   dWorldSetContactSurfaceLayer(world_, kSurfaceLayer);
 }
@@ -129,6 +145,10 @@ void ContactSolver::Begin(uint32_t count, double step_size) {
   dJointGroupEmpty(contacts_);
   contact_count_ = 0;
   row_count_ = 0;
+  torsion_softness_ = 0;
+  // New joints start from the softness of the world.
+  dWorldSetCFM(world_, 0);
+  for (; turner_count_ > 0; --turner_count_) dBodyDisable(turners_[turner_count_ - 1]);
   seed_ = 0;
   step_size_ = step_size;
   if (count > bodies_.size()) Grow(count);
@@ -147,6 +167,7 @@ void ContactSolver::Grow(uint32_t count) {
     bodies_.push_back(body);
     serials_.push_back(0);
     inverse_masses_.push_back(0);
+    turnabilities_.push_back(0);
   }
 }
 
@@ -156,6 +177,7 @@ void ContactSolver::Shrink(uint32_t count) {
     bodies_.pop_back();
     serials_.pop_back();
     inverse_masses_.pop_back();
+    turnabilities_.pop_back();
   }
   body_count_ = std::min(body_count_, count);
 }
@@ -167,6 +189,7 @@ void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties
     SetMass(id, mass);
     serials_[body] = serial;
     inverse_masses_[body] = 1 / mass.mass;
+    turnabilities_[body] = mass.inverse_tensor.trace() / 3;
   }
   const Vector3& p = motion.position;
   const Vector3& v = motion.linear_velocity;
@@ -213,15 +236,49 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   }
   if (is_direct_) SetSoftness(Softness(contact), ode_contact);
   SetFriction(contact, step_size_, ode_contact);
+  if (contact.rolling_friction > 0 || contact.spinning_friction > 0) SetTorsion(contact, ode_contact);
   SetOtherVelocity(contact, ode_contact);
   dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);
-  const bool immovable = contact.other == ContactConstraint::kImmovable;
-  dJointAttach(joint, bodies_[contact.body], immovable ? nullptr : bodies_[contact.other]);
+  dJointAttach(joint, bodies_[contact.body], OtherBody(contact));
   dJointSetFeedback(joint, &feedback_[contact_count_]);
   ++contact_count_;
   row_count_ += contact.friction > 0 ? 3 : 1;
   StirSeed(contact.depth);
   for (double component : contact.relative_velocity) StirSeed(component);
+}
+
+void ContactSolver::SetTorsion(const ContactConstraint& contact, dContact& to) {
+  TurnToRolling(contact, step_size_, to);
+  to.surface.mode |= dContactRolling | dContactAxisDep;
+  to.surface.mu2 = to.surface.mu;
+  to.surface.rho = to.surface.rho2 = std::max(contact.rolling_friction, kLeastArm);
+  to.surface.rhoN = std::max(contact.spinning_friction, kLeastArm);
+  row_count_ += 3;
+  if (!is_direct_) return;
+  double turnability = turnabilities_[contact.body];
+  if (contact.other != ContactConstraint::kImmovable) turnability += turnabilities_[contact.other];
+  // ODE has one softness for all of these rows in the world: that of the one which is hardest to turn.
+  const double softness = kDirectSoftness * step_size_ * turnability;
+  torsion_softness_ = torsion_softness_ > 0 ? std::min(torsion_softness_, softness) : softness;
+}
+
+dxBody* ContactSolver::OtherBody(const ContactConstraint& contact) {
+  if (contact.other != ContactConstraint::kImmovable) return bodies_[contact.other];
+  const bool is_turned = contact.rolling_friction > 0 || contact.spinning_friction > 0;
+  if (!is_turned || contact.other_spin.isZero(0)) return nullptr;
+  if (turner_count_ == turners_.size()) {
+    turners_.push_back(dBodyCreate(world_));
+    dBodySetGyroscopicMode(turners_.back(), 0);
+    dMass mass;
+    dMassSetParameters(&mass, kImmovableMass, 0, 0, 0, kImmovableMass, kImmovableMass, kImmovableMass, 0, 0, 0);
+    dBodySetMass(turners_.back(), &mass);
+  }
+  dBodyID turner = turners_[turner_count_++];
+  dBodyEnable(turner);
+  dBodySetPosition(turner, contact.position.x(), contact.position.y(), contact.position.z());
+  dBodySetLinearVel(turner, 0, 0, 0);
+  dBodySetAngularVel(turner, contact.other_spin.x(), contact.other_spin.y(), contact.other_spin.z());
+  return turner;
 }
 
 void ContactSolver::StirSeed(double value) {
@@ -245,6 +302,7 @@ uint32_t ContactSolver::Iterations() const {
 void ContactSolver::Step() {
   dRandSetSeed(static_cast<uint32_t>(seed_));
   is_faulted_ = true;
+  dWorldSetCFM(world_, torsion_softness_);
   int done = 0;
   if (is_direct_) {
     done = dWorldStep(world_, step_size_);

@@ -8,6 +8,7 @@
 #include "genphys/stepper.h"
 #include "row_composer.h"
 
+struct dContact;
 struct dxBody;
 struct dxJointGroup;
 struct dxThreadingImplementation;
@@ -36,6 +37,10 @@ struct ContactConstraint {
   double friction = 0;                          // Coulomb coefficient
   Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s
   Vector3 other_velocity = Vector3::Zero();     // of an immovable other side at the point, m/s
+  double rolling_friction = 0;                  // m
+  double spinning_friction = 0;                 // m
+  Vector3 relative_spin = Vector3::Zero();      // of `body` against the other side, rad/s
+  Vector3 other_spin = Vector3::Zero();         // of an immovable other side, rad/s
 };
 
 /// One ODE world as a solver of contacts and joints. It remembers nothing from one solve to the next: what a solve
@@ -80,6 +85,8 @@ class ContactSolver {
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
   double Softness(const ContactConstraint& contact) const;
+  void SetTorsion(const ContactConstraint& contact, dContact& to);
+  dxBody* OtherBody(const ContactConstraint& contact);
   uint32_t Iterations() const;
   void StirSeed(double value);
 
@@ -91,10 +98,16 @@ class ContactSolver {
   std::vector<dxBody*> bodies_;
   std::vector<uint64_t> serials_;       // whose mass each body has now; zero: nobody's
   std::vector<double> inverse_masses_;  // 1/kg
+  std::vector<double> turnabilities_;   // mean inverse moments, 1/(kg*m^2)
   uint32_t body_count_ = 0;             // in use; the others are disabled
+  // Sides that turn although nothing turns them: ODE knows targets for slip but none for rolling. The first
+  // turner_count_ are in use, at their contacts, the others disabled.
+  std::vector<dxBody*> turners_;
+  size_t turner_count_ = 0;
   std::vector<dJointFeedback> feedback_;
   size_t contact_count_ = 0;
   size_t row_count_ = 0;
+  double torsion_softness_ = 0;  // of all rows against rolling and spinning; zero: there are none
   double step_size_ = 0;
   bool is_direct_ = false;
   StepperSettings settings_;

@@ -284,17 +284,19 @@ void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts
     const Side b = SideOf(pair.entity_b, state);
     if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      LoadContact(contacts.points[i], i, a, b);
+      LoadContact(pair, contacts.points[i], i, a, b);
     }
   }
 }
 
-void World::LoadContact(const ContactPoint& point, uint32_t index, const Side& a, const Side& b) {
+void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a,
+                        const Side& b) {
   // The solver pushes one side away from the other, and the one that it pushes must be movable.
   const double sign = b.solved_as != kUnsolved ? 1 : -1;
   const Side& pushed = sign > 0 ? b : a;
   const Side& other = sign > 0 ? a : b;
   const Vector3 other_velocity = other.VelocityAt(point.position);
+  const bool moves_by_itself = other.solved_as == kUnsolved;
   solver_.AddContact({.body = pushed.solved_as,
                       .other = other.solved_as,
                       .position = point.position,
@@ -302,7 +304,11 @@ void World::LoadContact(const ContactPoint& point, uint32_t index, const Side& a
                       .depth = point.depth,
                       .friction = point.friction,
                       .relative_velocity = pushed.VelocityAt(point.position) - other_velocity,
-                      .other_velocity = other.solved_as == kUnsolved ? other_velocity : Vector3::Zero()});
+                      .other_velocity = moves_by_itself ? other_velocity : Vector3::Zero(),
+                      .rolling_friction = pair.material.rolling_friction,
+                      .spinning_friction = pair.material.spinning_friction,
+                      .relative_spin = pushed.angular_velocity - other.angular_velocity,
+                      .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero()});
   solved_.push_back({index, sign});
 }
 

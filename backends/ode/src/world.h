@@ -96,7 +96,7 @@ class World final : public BackendWorld {
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
   void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
   size_t CountContacts(const ContactBuffer& contacts) const;
-  void LoadContact(const ContactPoint& point, uint32_t index, const Side& a, const Side& b);
+  void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b);
   Side SideOf(EntityRow row, const StateArrays& state) const;
   void NotePush(const Vector3& point, EntityRow row, const StateArrays& state);
   void StoreImpulses(ContactBuffer& contacts) const;

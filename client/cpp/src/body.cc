@@ -5,11 +5,14 @@
 namespace genphys::client {
 
 EntityDesc Body(const Shape& shape, const BodyOptions& options) {
-  Geometry geometry{
-      .shape = shape,
-      .material = {.friction = options.friction, .restitution = options.restitution, .density = options.density},
-      .is_sensor = options.is_sensor,
-      .collision_space = options.collision_space};
+  Geometry geometry{.shape = shape,
+                    .material = {.friction = options.friction,
+                                 .restitution = options.restitution,
+                                 .density = options.density,
+                                 .rolling_friction = options.rolling_friction,
+                                 .spinning_friction = options.spinning_friction},
+                    .is_sensor = options.is_sensor,
+                    .collision_space = options.collision_space};
   return {.display_name = options.display_name,
           .pose = {options.position, options.orientation},
           .rigid_body = RigidBody{.motion_type = options.motion_type,

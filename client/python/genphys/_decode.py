@@ -112,6 +112,8 @@ def _geometry(message: Any) -> model.Geometry:
         density=_optional(message.material, "density"),
         friction_mixing=MIXING.word(message.material.friction_mixing),
         restitution_mixing=MIXING.word(message.material.restitution_mixing),
+        rolling_friction=_optional(message.material, "rolling_friction"),
+        spinning_friction=_optional(message.material, "spinning_friction"),
         sensor=message.is_sensor,
         collision_space=message.collision_space,
         category_bits=_optional(message, "category_bits"),

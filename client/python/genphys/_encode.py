@@ -144,10 +144,12 @@ def material(
     density: float | None = None,
     friction_mixing: str | None = None,
     restitution_mixing: str | None = None,
+    rolling_friction: float | None = None,
+    spinning_friction: float | None = None,
 ) -> Any:
     """Returns a Material message, or None if nothing is said."""
-    values = (friction, kinetic_friction, restitution, density, friction_mixing, restitution_mixing)
-    if all(value is None for value in values):
+    numbers = (friction, kinetic_friction, restitution, density, rolling_friction, spinning_friction)
+    if all(value is None for value in (*numbers, friction_mixing, restitution_mixing)):
         return None
     return wire.Material(
         friction=friction,
@@ -156,6 +158,8 @@ def material(
         density=density,
         friction_mixing=None if friction_mixing is None else MIXING.number(friction_mixing),
         restitution_mixing=None if restitution_mixing is None else MIXING.number(restitution_mixing),
+        rolling_friction=rolling_friction,
+        spinning_friction=spinning_friction,
     )
 
 
@@ -241,6 +245,8 @@ def geometry(value: model.Geometry) -> Any:
             density=value.density,
             friction_mixing=value.friction_mixing,
             restitution_mixing=value.restitution_mixing,
+            rolling_friction=value.rolling_friction,
+            spinning_friction=value.spinning_friction,
         ),
         category_bits=value.category_bits,
         collides_with_bits=value.collides_with_bits,

@@ -51,6 +51,8 @@ if TYPE_CHECKING:
         restitution: float
         friction_mixing: str
         restitution_mixing: str
+        rolling_friction: float
+        spinning_friction: float
         sensor: bool
         collision_space: str
         category_bits: int
@@ -73,6 +75,8 @@ _GEOMETRY_KEYWORDS = (
     "density",
     "friction_mixing",
     "restitution_mixing",
+    "rolling_friction",
+    "spinning_friction",
     "sensor",
     "collision_space",
     "category_bits",

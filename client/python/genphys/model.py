@@ -152,9 +152,12 @@ class Geometry:
         kinetic_friction: Coulomb coefficient while sliding.
         restitution: Speed of separation over speed of approach, 0 to 1.
         density: kg/m^3.
-        friction_mixing: How both coefficients of friction and the other side's become one: "geometric_mean",
+        friction_mixing: How all coefficients of friction and the other side's become one: "geometric_mean",
             "average", "minimum", "multiply" or "maximum". Of two different rules the one further to the right counts.
         restitution_mixing: The same for restitution.
+        rolling_friction: Largest torque against rolling over the normal force, metres; both sides need some unless
+            friction_mixing says otherwise.
+        spinning_friction: The same against spinning about the normal.
         sensor: Reports overlaps and pushes nothing.
         collision_space: Members of one space never collide with each other; "car/wheels" is inside "car".
         category_bits: The categories that it belongs to, one bit each.
@@ -171,6 +174,8 @@ class Geometry:
     density: float | None = None
     friction_mixing: str | None = None
     restitution_mixing: str | None = None
+    rolling_friction: float | None = None
+    spinning_friction: float | None = None
     sensor: bool = False
     collision_space: str = ""
     category_bits: int | None = None

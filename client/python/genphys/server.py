@@ -72,6 +72,8 @@ class Server:
         kinetic_friction: float | None = None,
         restitution: float | None = None,
         density: float | None = None,
+        rolling_friction: float | None = None,
+        spinning_friction: float | None = None,
         auto_disable: model.AutoDisable | None = None,
         error_correction: model.ErrorCorrection | None = None,
         recorded_events: model.EventKinds | None = None,
@@ -91,10 +93,12 @@ class Server:
             solver: "iterative" or "direct".
             substeps: Equal parts of a step.
             iterations: Sweeps of an iterative solver in each of them.
-            friction: Coulomb coefficient at rest, of geometries that leave it unset; so are the next three.
+            friction: Coulomb coefficient at rest, of geometries that leave it unset; so are the next five.
             kinetic_friction: Coulomb coefficient while sliding.
             restitution: Speed of separation over speed of approach, 0 to 1.
             density: kg/m^3.
+            rolling_friction: Largest torque against rolling over the normal force, metres.
+            spinning_friction: The same against spinning.
             auto_disable: When resting entities fall asleep.
             error_correction: How violated constraints are brought back.
             recorded_events: Which kinds of events happen at all.
@@ -109,7 +113,12 @@ class Server:
         """
         defaults = wire.WorldDefaults(
             material=_encode.material(
-                friction=friction, kinetic_friction=kinetic_friction, restitution=restitution, density=density
+                friction=friction,
+                kinetic_friction=kinetic_friction,
+                restitution=restitution,
+                density=density,
+                rolling_friction=rolling_friction,
+                spinning_friction=spinning_friction,
             ),
             auto_disable=_encode.sleep_policy(auto_disable),
             error_correction=_encode.correction_policy(error_correction),

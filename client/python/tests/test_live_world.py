@@ -55,6 +55,7 @@ def test_an_entity_is_described_as_it_was_made_and_as_it_is(world):
         half_extents=(0.1, 0.2, 0.3),
         mass=2.0,
         friction=0.25,
+        rolling_friction=0.01,
         position=(0, 0, 5),
         orientation=(0, 1, 0, 0),
     )
@@ -68,6 +69,8 @@ def test_an_entity_is_described_as_it_was_made_and_as_it_is(world):
     assert info.angular_velocity == (0, 0, 3)
     assert info.geometries[0].shape == genphys.Box((0.1, 0.2, 0.3))
     assert info.geometries[0].friction == 0.25
+    assert info.geometries[0].rolling_friction == 0.01
+    assert info.geometries[0].spinning_friction == 0.0
     assert [each.name for each in world.entities()] == ["ground", "crate"]
 
 

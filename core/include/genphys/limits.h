@@ -16,6 +16,7 @@ struct Limits {
   static constexpr double kDensityMin = 1e-6;
   static constexpr double kDensityMax = 1e5;
   static constexpr double kFrictionMax = 1000;
+  static constexpr double kFrictionArmMax = 1000;  ///< Of rolling and spinning friction, m.
   static constexpr double kGravityMax = 1e4;
   static constexpr double kGravityScaleMax = 1000;
   static constexpr double kForceMax = 1e12;

@@ -13,8 +13,10 @@ struct Material {
   std::optional<double> kinetic_friction;    // Coulomb coefficient while sliding, default: as friction
   std::optional<double> restitution;         // speed of separation over speed of approach, 0..1, default 0
   std::optional<double> density;             // kg/m^3, default 1000
-  std::optional<Mixing> friction_mixing;     // of both coefficients of friction, default geometric mean
+  std::optional<Mixing> friction_mixing;     // of all coefficients of friction, default geometric mean
   std::optional<Mixing> restitution_mixing;  // default geometric mean
+  std::optional<double> rolling_friction;    // m: largest torque across the normal per normal force, default 0
+  std::optional<double> spinning_friction;   // m: largest torque along the normal per normal force, default 0
   bool operator==(const Material&) const = default;
 };
 
@@ -27,6 +29,8 @@ struct MixedMaterial {
   double friction = 0;
   double kinetic_friction = 0;
   double restitution = 0;
+  double rolling_friction = 0;   // m
+  double spinning_friction = 0;  // m
 };
 
 /// Both materials must be filled.

@@ -38,6 +38,8 @@ struct BodyOptions {
   std::optional<double> density;  // kg/m^3
   std::optional<double> friction;
   std::optional<double> restitution;
+  std::optional<double> rolling_friction;   // m
+  std::optional<double> spinning_friction;  // m
   MotionType motion_type = MotionType::kDynamic;
   Vector3 linear_velocity = Vector3::Zero();   // m/s
   Vector3 angular_velocity = Vector3::Zero();  // rad/s

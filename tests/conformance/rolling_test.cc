@@ -1,0 +1,158 @@
+// What resists rolling and spinning: a torque of at most coefficient times normal force, on every engine.
+#include <cmath>
+
+#include "engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Rolling);
+
+constexpr double kGravity = 9.81, kRadius = 0.5, kStep = 1.0 / 60;
+// Of a solid ball, moment over m r^2, and what a push at its centre moves beside a ball that need not turn.
+constexpr double kMoment = 0.4;
+constexpr double kRolls = 1 / (1 + kMoment);
+
+std::unique_ptr<World> OnFloor(const std::string& engine, const Material& all, Solver solver = Solver::kAutomatic) {
+  return MakeWorld(WorldDesc{.engine = engine,
+                             .gravity = {0, 0, -kGravity},
+                             .stepper = {.step_size = kStep, .solver = solver},
+                             .default_material = all,
+                             .default_auto_disable = {.enabled = false}});
+}
+
+/// A ball that rolls over the floor without sliding.
+EntityDesc RollingBall(const Vector3& velocity) {
+  EntityDesc ball = Ball({0, 0, kRadius}, kRadius, 3);
+  ball.rigid_body->linear_velocity = velocity;
+  ball.rigid_body->angular_velocity = Vector3::UnitZ().cross(velocity) / kRadius;
+  return ball;
+}
+
+TEST_P(Rolling, ABallStopsWhereTheClosedFormSaysWhateverItsHeading) {
+  constexpr double kSpeed = 2, kArm = 0.04;
+  // m v' = -f and I w' = f r - arm N, with v = w r.
+  const double braking = kRolls * kArm / kRadius * kGravity;
+  const double distance = kSpeed * kSpeed / (2 * braking);
+  // A step that uses its velocity at the end for all of it falls short by v h / 2, and by as much again in the step in
+  // which the ball stops.
+  constexpr double kTolerance = 2 * kSpeed * kStep / 2;
+  for (const double heading : {0.0, 0.5, M_PI / 4, 2.2}) {
+    const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
+    const Vector3 along(std::cos(heading), std::sin(heading), 0);
+    const EntityId ball = Add(*world, RollingBall(kSpeed * along));
+
+    Steps(*world, static_cast<int>(1.2 * kSpeed / braking / kStep));
+
+    const Vector3 way = PositionOf(*world, ball) - Vector3(0, 0, kRadius);
+    EXPECT_NEAR(way.dot(along), distance, kTolerance) << heading;
+    EXPECT_NEAR(way.cross(along).norm(), 0, kTolerance) << heading;
+    EXPECT_LE(VelocityOf(*world, ball).norm(), 1e-6) << "it lies still";
+  }
+}
+
+TEST_P(Rolling, ABallLiesStillOnASlopeUpToItsArmAndRollsDownBeyond) {
+  constexpr double kArm = 0.05, kSeconds = 2;
+  constexpr double kSteepest = kArm / kRadius;
+  for (const double slope : {0.9 * kSteepest, 1.1 * kSteepest}) {
+    const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
+    Do(*world, SetGravity{{slope * kGravity, 0, -kGravity}});
+    const EntityId ball = Add(*world, RollingBall(Vector3::Zero()));
+
+    Steps(*world, static_cast<int>(kSeconds / kStep));
+
+    const double acceleration = slope > kSteepest ? kRolls * (slope - kSteepest) * kGravity : 0;
+    // The first step meets no weight yet that the ball rests with, and the method adds a h t / 2.
+    const double tolerance = 2 * (acceleration * kStep * kSeconds / 2 + slope * kGravity * kStep * kStep);
+    EXPECT_NEAR(PositionOf(*world, ball).x(), acceleration * kSeconds * kSeconds / 2, tolerance) << slope;
+  }
+}
+
+TEST_P(Rolling, ASpinIsBrakedBySpinningFrictionAndNotByRollingFriction) {
+  constexpr double kSpin = 10, kArm = 0.01;
+  const auto world = OnFloor(GetParam(), {.spinning_friction = kArm});
+  const auto other = OnFloor(GetParam(), {.rolling_friction = kArm});
+  EntityDesc top = RollingBall(Vector3::Zero());
+  top.rigid_body->angular_velocity = {0, 0, kSpin};
+  const EntityId braked = Add(*world, top), free = Add(*other, top);
+  const double braking = kArm * kGravity / (kMoment * kRadius * kRadius);
+
+  for (World* each : {world.get(), other.get()}) Steps(*each, 120);
+
+  EXPECT_NEAR(SpinOf(*world, braked).z(), kSpin - 2 * braking, 2 * braking * kStep);
+  EXPECT_NEAR(SpinOf(*other, free).z(), kSpin, 1e-9);
+  Steps(*world, static_cast<int>(kSpin / braking / kStep));
+  EXPECT_NEAR(SpinOf(*world, braked).norm(), 0, 1e-6) << "it stops and does not turn back";
+}
+
+TEST_P(Rolling, ATurntableTakesAlongWhatStandsOnIt) {
+  constexpr double kTurn = 3, kArm = 0.02;
+  const auto world = OnFloor(GetParam(), {.spinning_friction = kArm});
+  EntityDesc table = Block({0, 0, 1}, {1, 1, 0.1});
+  table.rigid_body->motion_type = MotionType::kKinematic;
+  table.rigid_body->angular_velocity = {0, 0, kTurn};
+  Add(*world, table);
+  EntityDesc ball = RollingBall(Vector3::Zero());
+  ball.pose.position.z() += 1.1;
+  const EntityId id = Add(*world, ball);
+  const double turning = kArm * kGravity / (kMoment * kRadius * kRadius);
+
+  Steps(*world, 30);
+  EXPECT_NEAR(SpinOf(*world, id).z(), turning / 2, 2 * turning * kStep);
+  Steps(*world, 90);
+  EXPECT_NEAR(SpinOf(*world, id).z(), kTurn, 1e-3 * kTurn) << "and then turns with it";
+}
+
+TEST_P(Rolling, TheCoefficientsMixAsFrictionDoes) {
+  constexpr double kSpeed = 2, kArm = 0.04;
+  for (const auto& [rule, arm] : {std::pair{Mixing::kGeometricMean, 0.0},
+                                  {Mixing::kAverage, kArm / 2},
+                                  {Mixing::kMinimum, 0.0},
+                                  {Mixing::kMaximum, kArm}}) {
+    const auto world = OnFloor(GetParam(), {});
+    EntityDesc ball = RollingBall({kSpeed, 0, 0});
+    ball.rigid_body->geometries[0].material = {.friction_mixing = rule, .rolling_friction = kArm};
+    const EntityId id = Add(*world, ball);
+
+    Steps(*world, 60);
+
+    const double braking = kRolls * arm / kRadius * kGravity;
+    // One step more or less of the strongest braking.
+    constexpr double kTolerance = 2 * kRolls * kArm / kRadius * kGravity * kStep;
+    EXPECT_NEAR(VelocityOf(*world, id).x(), kSpeed - braking, kTolerance) << static_cast<int>(rule);
+  }
+}
+
+TEST_P(Rolling, IsTheSameWhateverTheSolver) {
+  constexpr double kSpeed = 2, kArm = 0.04;
+  const double braking = kRolls * kArm / kRadius * kGravity;
+  for (const Solver solver : {Solver::kIterative, Solver::kDirect}) {
+    if (solver == Solver::kDirect && !Engines().Find(GetParam())->capabilities().Has(Feature::kSolverDirect)) continue;
+    const auto world = OnFloor(GetParam(), {.rolling_friction = kArm, .spinning_friction = kArm}, solver);
+    const EntityId ball = Add(*world, RollingBall({kSpeed, 0, 0}));
+    // Many points of one side, all of which resist.
+    const EntityId crate = Add(*world, Crate({0, 5, 0.5}));
+
+    Steps(*world, 60);
+
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), kSpeed - braking, 2 * braking * kStep);
+    EXPECT_LE((PositionOf(*world, crate) - Vector3(0, 5, 0.5)).norm(), 1e-3);
+  }
+}
+
+TEST_P(Rolling, GoesOnAlikeOnAnotherEngine) {
+  constexpr double kSpeed = 2, kArm = 0.04;
+  const double braking = kRolls * kArm / kRadius * kGravity;
+  const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
+  const EntityId ball = Add(*world, RollingBall({kSpeed, 0, 0}));
+  for (const std::string& engine : EnginesWithContacts()) {
+    Do(*world, SetEngine{engine});
+    Steps(*world, 30);
+  }
+  const double seconds = 0.5 * static_cast<double>(EnginesWithContacts().size());
+
+  EXPECT_NEAR(VelocityOf(*world, ball).x(), kSpeed - braking * seconds, 2 * braking * kStep);
+}
+
+}  // namespace
+}  // namespace genphys::testing
