@@ -65,12 +65,28 @@ void Put(ByteWriter& out, const JointState& value) {
   out.Put(torque);
 }
 
+void Put(ByteWriter& out, const EventContactPoint& value) {
+  const auto& [position, normal, depth, normal_impulse, friction_impulse, relative_velocity, friction, restitution,
+               geometry_a, geometry_b] = value;
+  for (const Vector3* vector : {&position, &normal, &friction_impulse, &relative_velocity}) out.Put(*vector);
+  for (const double number : {depth, normal_impulse, friction, restitution}) out.Put(number);
+  out.Put(geometry_a);
+  out.Put(geometry_b);
+}
+
+void Put(ByteWriter& out, const LastTouch& value) {
+  const auto& [other, points] = value;
+  out.Put(other.packed());
+  out.Put(uint64_t{points.size()});
+  for (const EventContactPoint& point : points) Put(out, point);
+}
+
 }  // namespace
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
-               forces, joint_ids, joints] = state;
+               forces, joint_ids, joints, last_touches] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -87,6 +103,11 @@ void Serialize(const LayerState& state, std::string& bytes) {
   Put(out, joint_ids);
   out.Put(uint64_t{joints.size()});
   for (const JointState& joint : joints) Put(out, joint);
+  out.Put(uint64_t{last_touches.size()});
+  for (const std::vector<LastTouch>& touches : last_touches) {
+    out.Put(uint64_t{touches.size()});
+    for (const LastTouch& touch : touches) Put(out, touch);
+  }
 }
 
 }  // namespace genphys

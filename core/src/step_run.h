@@ -42,6 +42,7 @@ class StepRun {
   void CollectRows();
   void CollideAndWake();
   bool WakeTouched();
+  bool WillTouch(const ContactPair& pair) const;
   void WakeCarried(std::vector<EntityRow>& carried) const;
   void FinishJoints();
   void Substep(double h);
@@ -71,6 +72,7 @@ class StepRun {
 
   World& world_;
   double step_size_;
+  double substep_ = 0;  // s
   StateArrays& state_;
   FieldForces fields_;
   std::vector<Saved> saved_;

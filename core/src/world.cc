@@ -191,6 +191,7 @@ void World::Wake(EntityRow row) {
   if (!state_.asleep[Index(row)] || layer_.faulted[Index(row)]) return;
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
+  layer_.last_touches[Index(row)].clear();
   UpdateActive(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);
 }

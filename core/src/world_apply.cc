@@ -153,6 +153,7 @@ void World::Grow() {
   geometry_rows_.resize(rows);
   layer_.rest_times.resize(rows);
   layer_.moving.resize(rows);
+  layer_.last_touches.resize(rows);
   layer_.faulted.resize(rows);
   active_.resize(rows);
   state_.Resize(static_cast<uint32_t>(rows));
@@ -170,6 +171,7 @@ void World::AttachBody(EntityRow entity) {
   layer_.faulted[row] = false;
   layer_.rest_times[row] = 0;
   layer_.moving[row] = 0;
+  layer_.last_touches[row].clear();
   active_[row] = false;
   if (!body) return;
   geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);
@@ -251,6 +253,7 @@ void World::Delete(EntityId id) {
   state_.asleep[id.index()] = false;
   layer_.faulted[id.index()] = false;
   layer_.rest_times[id.index()] = 0;
+  layer_.last_touches[id.index()].clear();
   layer_.ids.Free(id);
   --entity_count_;
   RecordWoken();

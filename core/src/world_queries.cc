@@ -182,6 +182,7 @@ Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
     if (touching.pair.a != id && touching.pair.b != id) continue;
     EntityContact contact{touching.pair.a == id ? touching.pair.b : touching.pair.a, touching.is_sensor, {}};
     AddSolvedPoints(touching.pair, contact.points);
+    if (contact.points.empty()) AddLastPoints(touching.pair, contact.points);
     if (contact.points.empty()) AddLyingPoints(touching.pair, contact.points);
     contacts.push_back(std::move(contact));
   }
@@ -191,21 +192,49 @@ Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
   return contacts;
 }
 
+std::vector<EventContactPoint> World::SolvedPointsOf(const ContactPair& pair) const {
+  std::vector<EventContactPoint> points;
+  for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+    const ContactPoint& point = solved_.points[i];
+    points.push_back({.position = point.position,
+                      .normal = point.normal,
+                      .depth = point.depth,
+                      .normal_impulse = point.normal_impulse,
+                      .friction_impulse = point.friction_impulse,
+                      .relative_velocity = point.relative_velocity,
+                      .friction = point.friction,
+                      .restitution = pair.material.restitution,
+                      .geometry_a = rule_.info(pair.geometry_a).geometry_id,
+                      .geometry_b = rule_.info(pair.geometry_b).geometry_id});
+  }
+  return points;
+}
+
 void World::AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const {
   for (const ContactPair& pair : solved_.pairs) {
     if (state_.ids[Index(pair.entity_a)] != entities.a || state_.ids[Index(pair.entity_b)] != entities.b) continue;
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      const ContactPoint& point = solved_.points[i];
-      points.push_back({.position = point.position,
-                        .normal = point.normal,
-                        .depth = point.depth,
-                        .normal_impulse = point.normal_impulse,
-                        .friction_impulse = point.friction_impulse,
-                        .relative_velocity = point.relative_velocity,
-                        .friction = point.friction,
-                        .restitution = pair.material.restitution,
-                        .geometry_a = rule_.info(pair.geometry_a).geometry_id,
-                        .geometry_b = rule_.info(pair.geometry_b).geometry_id});
+    const std::vector<EventContactPoint> solved = SolvedPointsOf(pair);
+    points.insert(points.end(), solved.begin(), solved.end());
+  }
+}
+
+void World::AddLastPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const {
+  for (const auto& [sleeper, other] : {std::pair(entities.a, entities.b), std::pair(entities.b, entities.a)}) {
+    for (const LastTouch& touch : layer_.last_touches[sleeper.index()]) {
+      if (touch.other != other) continue;
+      points.insert(points.end(), touch.points.begin(), touch.points.end());
+    }
+    if (!points.empty()) return;
+  }
+}
+
+void World::RememberTouches(std::span<const EntityRow> sleepers) {
+  if (sleepers.empty()) return;
+  for (const ContactPair& pair : solved_.pairs) {
+    if (pair.is_sensor) continue;
+    for (const auto& [row, other] : {std::pair(pair.entity_a, pair.entity_b), {pair.entity_b, pair.entity_a}}) {
+      if (!std::binary_search(sleepers.begin(), sleepers.end(), row)) continue;
+      layer_.last_touches[Index(row)].push_back({state_.ids[Index(other)], SolvedPointsOf(pair)});
     }
   }
 }

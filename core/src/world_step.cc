@@ -126,9 +126,10 @@ void StepRun::Advance() {
   for (EntityRow row : rows_) Save(row, false);
   for (EntityRow row : kinematic_rows_) Save(row, false);
   for (EntityRow row : rows_) AddMover(row);
-  if (world_.contacts_stale_) CollideAndWake();
   const uint32_t substeps = world_.backend_->Resolve(world_.scene_.world.stepper).substeps;
-  for (uint32_t i = 0; i < substeps; ++i) Substep(step_size_ / substeps);
+  substep_ = step_size_ / substeps;
+  if (world_.contacts_stale_) CollideAndWake();
+  for (uint32_t i = 0; i < substeps; ++i) Substep(substep_);
   FinishNetForces();
   FinishJoints();
   CountForcesDown();
@@ -166,15 +167,30 @@ bool StepRun::WakeTouched() {
     if (pair.is_sensor) continue;
     for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
       if (!state_.asleep[Index(row)] || world_.layer_.faulted[Index(row)]) continue;
-      const auto first = contacts.points.begin() + pair.first_point;
-      const bool touching =
-          std::any_of(first, first + pair.point_count, [](const ContactPoint& p) { return p.depth >= kTouchingDepth; });
-      if (touching) touched.push_back(row);
+      if (WillTouch(pair)) touched.push_back(row);
     }
   }
   WakeCarried(touched);
   for (EntityRow row : touched) world_.WakeIslandOf(row);
   return !touched.empty();
+}
+
+// Whether the two touch, or come so near in the next substep that the engine would stop one at the other: a sleeper
+// must be awake by then, for it weighs infinitely much until it is.
+bool StepRun::WillTouch(const ContactPair& pair) const {
+  const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
+  const auto falls = [&](EntityRow row) -> Vector3 {
+    const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
+    const bool moves = world_.active_[Index(row)] && body.motion_type == MotionType::kDynamic;
+    return moves ? Vector3(substep_ * body.gravity_scale * world_.scene_.world.gravity) : Vector3(Vector3::Zero());
+  };
+  const Vector3 gained = falls(pair.entity_b) - falls(pair.entity_a);
+  const auto first = world_.contacts_.points.begin() + pair.first_point;
+  return std::any_of(first, first + pair.point_count, [&](const ContactPoint& p) {
+    const Vector3 velocity =
+        VelocityAt(pair.entity_b, center_b, p.position) - VelocityAt(pair.entity_a, center_a, p.position) + gained;
+    return p.depth >= kTouchingDepth + substep_ * std::min(0.0, velocity.dot(p.normal));
+  });
 }
 
 // Whoever sleeps on a joint to what now moves by itself.
@@ -446,7 +462,9 @@ void StepRun::Report() {
   const EventKinds& kinds = world_.scene_.world.recorded_events;
   for (EntityId id : world_.woken_) events.push_back(EntityWoke{id});
   world_.woken_.clear();
-  for (EntityRow row : RowsToSleep(world_.scene_, state_, rows_, world_.active_, step_size_, layer)) {
+  const std::vector<EntityRow> sleepers = RowsToSleep(world_.scene_, state_, rows_, world_.active_, step_size_, layer);
+  world_.RememberTouches(sleepers);
+  for (EntityRow row : sleepers) {
     state_.asleep[Index(row)] = true;
     state_.linear_velocities.col(Index(row)).setZero();
     state_.angular_velocities.col(Index(row)).setZero();

@@ -68,6 +68,25 @@ TEST_P(Sleeping, AHitWakesTheWholeIslandAndEndsNoContact) {
   EXPECT_EQ(woke, met);
 }
 
+TEST_P(Sleeping, ASleeperTakesAllOfABlow) {
+  // Wherever within its step the other one reaches it: one of equal mass that bounces fully stops, and it goes on.
+  constexpr double kRounding = 1e-9;
+  for (int i = 0; i < 20; ++i) {
+    const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false});
+    EntityDesc moving = Ball({-4 + 0.005 * i, 0, 0}, 0.25), resting = Ball({0, 0, 0}, 0.25);
+    moving.rigid_body->linear_velocity = {3, 0, 0};
+    for (EntityDesc* ball : {&moving, &resting}) {
+      ball->rigid_body->geometries[0].material = {.friction = 0, .restitution = 1};
+    }
+    const EntityId a = Add(*world, moving), b = Add(*world, resting);
+    Steps(*world, 50);
+    ASSERT_TRUE(Asleep(*world, b));
+    Steps(*world, 50);
+    EXPECT_NEAR(VelocityOf(*world, a).x(), 0, kRounding) << "case " << i;
+    EXPECT_NEAR(VelocityOf(*world, b).x(), 3, kRounding) << "case " << i;
+  }
+}
+
 TEST_P(Sleeping, AForceOrALostSupportWakes) {
   const auto world = MakeWorld();
   const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));

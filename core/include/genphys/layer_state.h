@@ -51,6 +51,12 @@ struct TouchingPair {
   auto operator<=>(const TouchingPair&) const = default;
 };
 
+/// How somebody who fell asleep was held by another entity at its last solve.
+struct LastTouch {
+  EntityId other;
+  std::vector<EventContactPoint> points;  // from the smaller id to the larger
+};
+
 /// All that the future depends on besides the description and the columns. Fields are written by Serialize() alone;
 /// one that it forgets does not compile.
 struct LayerState {
@@ -65,7 +71,8 @@ struct LayerState {
   std::vector<TouchingPair> touching;  // ascending
   std::vector<PendingForce> forces;    // in order of command
   IdAllocator joint_ids;
-  std::vector<JointState> joints;  // by slot of the joint's id
+  std::vector<JointState> joints;                    // by slot of the joint's id
+  std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
 };
 
 /// Appends every field of `state` to `bytes`, little-endian.

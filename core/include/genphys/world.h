@@ -160,7 +160,10 @@ class World {
   Status CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const;
   std::vector<GeometryRow> RowsIn(const Bounds& bounds, uint64_t collides_with_bits);
   std::pair<const Geometry*, Placement> Placed(GeometryRow row) const;
+  std::vector<EventContactPoint> SolvedPointsOf(const ContactPair& pair) const;
   void AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
+  void AddLastPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
+  void RememberTouches(std::span<const EntityRow> sleepers);
   void AddLyingPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
 
   const BackendRegistry& registry_;

@@ -1,0 +1,164 @@
+// What lies or hangs weighs what it weighs.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+#include "support/random.h"
+#include "support/shapes.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Weight);
+
+constexpr double kDirect = 1e-6, kIterative = 1e-4;  // relative
+constexpr int kAveraged = 60;                        // steps
+
+// A table top, four legs, and five more things on it, all one entity.
+EntityDesc TenGeometries(double mass, double heading) {
+  EntityDesc table;
+  table.pose = {{0.3, -0.2, 0.9}, Quaternion(Eigen::AngleAxisd(heading, Vector3::UnitZ()))};
+  table.rigid_body = RigidBody{.geometries = {Geometry{.shape = Box{{1, 1, 0.1}}}}, .inertia = {.mass = mass}};
+  const auto add = [&](const Shape& shape, const Vector3& place) {
+    table.rigid_body->geometries.push_back({.shape = shape, .pose_in_entity = {place, {1, 0, 0, 0}}});
+  };
+  for (const double x : {-0.8, 0.8}) {
+    for (const double y : {-0.8, 0.8}) add(Box{{0.1, 0.1, 0.4}}, {x, y, -0.5});
+  }
+  add(Sphere{0.2}, {0.5, 0, 0.3});
+  add(Cylinder{0.2, 0.1}, {-0.5, 0, 0.2});
+  add(Capsule{0.1, 0.1}, {0, 0.5, 0.3});
+  add(Box{{0.2, 0.1, 0.1}}, {0, -0.5, 0.2});
+  add(Sphere{0.1}, {0, 0, 0.2});
+  table.rigid_body->auto_disable.enabled = false;
+  return table;
+}
+
+// N*s per step on what is not static, of all contacts with what is.
+double MeanPush(World& world) {
+  world.TakeEvents();
+  Steps(world, kAveraged);
+  double sum = 0;
+  for (const ContactPersisted& contact : Of<ContactPersisted>(world.TakeEvents())) {
+    const auto is_ground = [&](EntityId id) {
+      return world.scene().entities[id.index()]->desc->rigid_body->motion_type == MotionType::kStatic;
+    };
+    if (!is_ground(contact.pair.a) && !is_ground(contact.pair.b)) continue;
+    for (const EventContactPoint& point : contact.points) sum += point.normal_impulse * std::abs(point.normal.z());
+  }
+  return sum / kAveraged;
+}
+
+WorldDesc Lying(const std::string& engine, double gravity, Solver solver) {
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -gravity}, .stepper = {.solver = solver}};
+  desc.recorded_events.persisting_contacts = true;
+  return desc;
+}
+
+struct Case {
+  double mass, gravity, heading;
+};
+
+std::vector<Case> Cases() {
+  Random random(21);
+  std::vector<Case> cases{{1, 9.81, 0}};
+  for (int i = 0; i < 4; ++i) {
+    cases.push_back({random.LogUniform(1e-2, 1e3), random.Uniform(1.6, 25), random.Uniform(-3, 3)});
+  }
+  return cases;
+}
+
+// How near which solver of this engine comes.
+std::vector<std::pair<Solver, double>> SolversOf(const std::string& engine) {
+  std::vector<std::pair<Solver, double>> solvers{{Solver::kIterative, kIterative}};
+  if (Engines().Find(engine)->capabilities().Has(Feature::kSolverDirect)) solvers.push_back({Solver::kDirect, kDirect});
+  return solvers;
+}
+
+TEST_P(Weight, OfACompoundOfTenIsWhatItsContactsPush) {
+  for (const auto& [solver, error] : SolversOf(GetParam())) {
+    for (const Case& c : Cases()) {
+      const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, solver));
+      Add(*world, TenGeometries(c.mass, c.heading));
+      Steps(*world, 180);
+      EXPECT_NEAR(MeanPush(*world) / (c.mass * c.gravity / 60), 1, error) << "mass " << c.mass;
+    }
+  }
+}
+
+TEST_P(Weight, OfAPileOfTenIsWhatTheFloorPushes) {
+  const std::vector<Case> cases = Cases();
+  for (const auto& [solver, error] : SolversOf(GetParam())) {
+    // A solve of all of a pile at once is slow enough for fewer cases to do.
+    for (const Case& c : std::span(cases).first(3)) {
+      const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, solver));
+      // Four below, three on them, two, and one.
+      for (int layer = 0; layer < 4; ++layer) {
+        for (int i = 0; i < 4 - layer; ++i) {
+          EntityDesc brick = Body(Box{{0.5, 0.3, 0.25}}, {1.05 * (i + layer / 2.0), 0, 0.25 + 0.5 * layer}, c.mass);
+          brick.rigid_body->auto_disable.enabled = false;
+          Add(*world, brick);
+        }
+      }
+      Steps(*world, 240);
+      EXPECT_NEAR(MeanPush(*world) / (10 * c.mass * c.gravity / 60), 1, error) << "mass " << c.mass;
+    }
+  }
+}
+
+TEST_P(Weight, OfASleeperIsStillTold) {
+  for (const Case& c : Cases()) {
+    const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, Solver::kAutomatic));
+    const EntityId low = Add(*world, Crate({0, 0, 0.5}, 0.5, c.mass));
+    const EntityId high = Add(*world, Crate({0, 0, 1.4}, 0.4, 2 * c.mass));
+    Steps(*world, 180);
+    ASSERT_TRUE(Asleep(*world, low) && Asleep(*world, high));
+    // Somebody else goes on, so that solves go on without the sleepers.
+    Add(*world, Ball({50, 0, 100}));
+    Steps(*world, 10);
+    ASSERT_TRUE(Asleep(*world, low) && Asleep(*world, high));
+    const double substep = SubstepOf(*world);
+    for (const std::string& engine : {GetParam(), OtherEngine(GetParam())}) {
+      Do(*world, SetEngine{engine});
+      const Result<std::vector<EntityContact>> contacts = world->ContactsOf(low);
+      ASSERT_TRUE(contacts.ok());
+      ASSERT_EQ(contacts->size(), 2u);
+      for (const EntityContact& contact : *contacts) {
+        const double above = contact.other == high ? 2 : 3;
+        double impulse = 0;
+        for (const EventContactPoint& point : contact.points) impulse += point.normal_impulse;
+        // One solve, not a mean of many: what sweeps leave of a stack of two.
+        EXPECT_NEAR(impulse / (above * c.mass * c.gravity * substep), 1, 0.05) << "with " << contact.other.packed();
+      }
+    }
+    Do(*world, ApplyImpulse{.id = high, .linear = {0, 0, 20 * c.mass}});
+    Steps(*world, 5);
+    EXPECT_EQ(world->ContactsOf(high)->size(), 0u) << "it flies";
+  }
+}
+
+TEST_P(Weight, OfAChainIsWhatItsJointsHold) {
+  // Solved all at once; links of whatever mass, in whatever order.
+  for (const Case& c : Cases()) {
+    const auto world = MakeSpace(GetParam(), {}, {0, 0, -c.gravity});
+    Random random(static_cast<uint64_t>(1000 * c.gravity));
+    std::vector<JointId> joints;
+    std::vector<double> masses;
+    EntityId above;
+    for (int i = 0; i < 8; ++i) {
+      masses.push_back(c.mass * random.LogUniform(0.2, 5));
+      const EntityId link = Add(*world, Body(Capsule{0.05, 0.15}, {0, 0, -0.4 * i - 0.2}, masses.back()));
+      joints.push_back(Join(*world, Between(above, link, BallJoint{}, Pose{{0, 0, i == 0 ? 0 : -0.2}, {1, 0, 0, 0}})));
+      above = link;
+    }
+    Steps(*world, 60);
+    double weight = 0;
+    for (size_t i = joints.size(); i-- > 0;) {
+      weight += masses[i] * c.gravity;
+      EXPECT_NEAR(StateOf(*world, joints[i]).force.z() / weight, 1, kDirect) << "joint " << i << " mass " << c.mass;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace genphys::testing
