@@ -116,18 +116,11 @@ void ExpectThoseApartAsEver(const RandomScene& scene) {
   EXPECT_LE((VelocityOf(world, scene.flyer) - pushed * step * scene.push).norm(), kRounding);
 }
 
-std::string Other(const std::string& engine) {
-  for (const std::string& name : EnginesWithContacts()) {
-    if (name != engine) return name;
-  }
-  return engine;
-}
-
 TEST_P(EngineChangeOfRandomScenes, LosesNothingThereAndBack) {
   size_t bodies = 0, joints = 0, asleep = 0, forces = 0, touching = 0;
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
-    RandomScene scene = MakeRandomScene({GetParam(), Other(GetParam())}, seed);
+    RandomScene scene = MakeRandomScene({GetParam(), OtherEngine(GetParam())}, seed);
     World& world = *scene.world;
     Census census(world);
     Random random(seed ^ 0x5eed);
@@ -142,7 +135,7 @@ TEST_P(EngineChangeOfRandomScenes, LosesNothingThereAndBack) {
     forces += world.layer_state().forces.size();
     touching += world.layer_state().touching.size();
 
-    for (const std::string& engine : {Other(GetParam()), GetParam()}) {
+    for (const std::string& engine : {OtherEngine(GetParam()), GetParam()}) {
       Change(world, engine);
       Steps(world, static_cast<int>(random.Below(20)));
       census.Expect(world);

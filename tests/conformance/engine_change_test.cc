@@ -14,13 +14,6 @@ GENPHYS_ENGINE_TESTS(EngineChange);
 // Poses and velocities pass through the engine's own centre of mass and quaternion: rounding only.
 constexpr double kSameState = 1e-12;
 
-std::string Other(const std::string& engine) {
-  for (const std::string& name : EnginesWithContacts()) {
-    if (name != engine) return name;
-  }
-  return engine;
-}
-
 void ExpectSameColumns(const StateArrays& a, const StateArrays& b) {
   ASSERT_EQ(a.ids, b.ids);
   EXPECT_LE((a.positions - b.positions).cwiseAbs().maxCoeff(), kSameState);
@@ -50,7 +43,7 @@ TEST_P(EngineChangeAt, KeepsPosesAndVelocities) {
   Steps(*scene.world, step);
   const StateArrays before = scene.world->state();
 
-  for (const std::string& next : {Other(engine), std::string("none"), engine}) {
+  for (const std::string& next : {OtherEngine(engine), std::string("none"), engine}) {
     Do(*scene.world, SetEngine{next});
     ExpectSameColumns(before, scene.world->state());
   }
@@ -65,7 +58,7 @@ TEST_P(EngineChangeAt, TellsNoContactTwice) {
     for (Event& event : scene.world->TakeEvents()) events.push_back(std::move(event));
   };
   gather(step);
-  for (const std::string& next : {Other(engine), engine}) {
+  for (const std::string& next : {OtherEngine(engine), engine}) {
     Do(*scene.world, SetEngine{next});
     gather(60);
   }
@@ -84,9 +77,9 @@ TEST_P(EngineChangeAt, TellsNoContactTwice) {
 
 TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
   const auto& [engine, step] = GetParam();
-  Scene changed = MakeScene(engine), same = MakeScene(engine), other = MakeScene(Other(engine));
+  Scene changed = MakeScene(engine), same = MakeScene(engine), other = MakeScene(OtherEngine(engine));
   for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, step);
-  Do(*changed.world, SetEngine{Other(engine)});
+  Do(*changed.world, SetEngine{OtherEngine(engine)});
   for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, 60);
   Do(*changed.world, SetEngine{engine});
   for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, 240);
@@ -147,7 +140,7 @@ TEST_P(EngineChange, AStackStandsOnADifferentEngineForEachStep) {
   }
   std::map<EntityPair, int> began;
   for (int step = 0; step < 600; ++step) {
-    Do(*world, SetEngine{step % 2 == 0 ? Other(GetParam()) : GetParam()});
+    Do(*world, SetEngine{step % 2 == 0 ? OtherEngine(GetParam()) : GetParam()});
     Steps(*world, 1);
     for (const ContactBegan& event : Of<ContactBegan>(world->TakeEvents())) ++began[event.pair];
   }

@@ -11,13 +11,6 @@ GENPHYS_ENGINE_TESTS(JointsLife);
 
 constexpr double kGravity = 9.81;
 
-std::string Other(const std::string& engine) {
-  for (const std::string& name : EnginesWithContacts()) {
-    if (name != engine) return name;
-  }
-  return engine;
-}
-
 TEST_P(JointsLife, AJointBreaksInTheStepInWhichItHoldsTooMuch) {
   constexpr double kLimit = 15, kPull = 10;
   const auto world = MakeSpace(GetParam());
@@ -160,7 +153,7 @@ TEST_P(JointsLife, AChainSurvivesADifferentEngineForEachStep) {
     above = id;
   }
   for (int step = 0; step < 600; ++step) {
-    Do(*world, SetEngine{step % 2 == 0 ? Other(GetParam()) : GetParam()});
+    Do(*world, SetEngine{step % 2 == 0 ? OtherEngine(GetParam()) : GetParam()});
     Steps(*world, 1);
     for (const JointId joint : joints) ASSERT_LE(GapOf(*world, joint), kDrift) << "step " << step;
   }
@@ -173,7 +166,7 @@ TEST_P(JointsLife, TurnsAndTargetsSurviveAChangeOfEngine) {
   hinge.axis.motor = Motor{.target_velocity = 9};
   const JointId joint = Join(*world, ToWorld(wheel, hinge));
   Steps(*world, 60);
-  Do(*world, SetEngine{Other(GetParam())});
+  Do(*world, SetEngine{OtherEngine(GetParam())});
   EXPECT_NEAR(StateOf(*world, joint).positions[5], 9, 1e-5);
   Do(*world, SetEngine{"none"});
   Steps(*world, 10);

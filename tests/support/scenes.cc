@@ -19,6 +19,13 @@ std::vector<std::string> EnginesWithContacts() {
   return names;
 }
 
+std::string OtherEngine(const std::string& engine) {
+  for (const std::string& name : EnginesWithContacts()) {
+    if (name != engine) return name;
+  }
+  return engine;
+}
+
 std::unique_ptr<World> MakeWorld(const WorldDesc& desc) {
   Result<std::unique_ptr<World>> world = World::Create(Engines(), desc);
   EXPECT_TRUE(world.ok()) << world.status();

@@ -13,6 +13,9 @@ const BackendRegistry& Engines();
 /// Short names of the engines that know contacts: what conformance tests run on.
 std::vector<std::string> EnginesWithContacts();
 
+/// Another of these than `engine`, or that one if there is no other.
+std::string OtherEngine(const std::string& engine);
+
 /// A world on `engine` with earth's gravity 9.81 m/s^2 and a floor, or a failure of the test.
 std::unique_ptr<World> MakeWorld(const std::string& engine);
 std::unique_ptr<World> MakeWorld(const WorldDesc& desc);

@@ -1,0 +1,110 @@
+// A kinematic pusher moves as told, and what it pushes moves with it.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/random.h"
+#include "support/shapes.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Pushing);
+
+constexpr double kGravity = 9.81;
+constexpr double kOff = 1e-3;  // m after a second of being pushed at 1 m/s
+// Across, per metre: sweeps share friction unevenly over the corners of a face.
+constexpr double kAside = 1e-2;
+
+struct Pushed {
+  double mass = 1, heading = 0, friction = 0.5, speed = 1;
+  Shape shape = Box{{0.5, 0.5, 0.5}};
+  double front = 0.5, height = 0.5;  // of its origin: to the pusher, over the floor, m
+  Shape pusher = Box{{0.1, 1, 0.5}};
+  double thickness = 0.1;
+};
+
+Vector3 Along(double heading) { return {std::cos(heading), std::sin(heading), 0}; }
+
+// How far it is moved in a second, along the push and across it.
+Eigen::Vector2d MovedBy(const std::string& engine, const Pushed& pushed) {
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}};
+  desc.default_material.friction = pushed.friction;
+  const auto world = MakeWorld(desc);
+  const Vector3 along = Along(pushed.heading), start(0.4, -0.7, pushed.height);
+  const Quaternion turn(Eigen::AngleAxisd(pushed.heading, Vector3::UnitZ()));
+  EntityDesc box = Body(pushed.shape, start, pushed.mass);
+  box.pose.orientation = turn;
+  EntityDesc pusher = Body(pushed.pusher, start - (pushed.front + pushed.thickness) * along);
+  pusher.pose.position.z() = 0.55;
+  pusher.pose.orientation = turn;
+  pusher.rigid_body->motion_type = MotionType::kKinematic;
+  pusher.rigid_body->linear_velocity = pushed.speed * along;
+  const EntityId id = Add(*world, box);
+  Add(*world, pusher);
+  Steps(*world, 60);
+  const Vector3 moved = PositionOf(*world, id) - start;
+  const bool touches = std::any_of(world->layer_state().touching.begin(), world->layer_state().touching.end(),
+                                   [&](const TouchingPair& pair) { return pair.pair.b != id && pair.pair.a == id; });
+  EXPECT_TRUE(touches) << "it is still being pushed";
+  return {moved.dot(along), moved.dot(Vector3::UnitZ().cross(along))};
+}
+
+TEST_P(Pushing, ABoxGoesAMetreInASecondAtOneMetrePerSecond) {
+  const Eigen::Vector2d moved = MovedBy(GetParam(), {});
+  EXPECT_NEAR(moved.x(), 1, kOff);
+  EXPECT_NEAR(moved.y(), 0, kAside);
+}
+
+TEST_P(Pushing, WhateverItsMassHeadingAndFriction) {
+  Random random(31);
+  for (int i = 0; i < 8; ++i) {
+    const Pushed pushed{.mass = random.LogUniform(1e-2, 1e3),
+                        .heading = random.Uniform(-3, 3),
+                        .friction = random.Uniform(0, 1),
+                        .speed = random.Uniform(0.5, 1.5)};
+    const Eigen::Vector2d moved = MovedBy(GetParam(), pushed);
+    SCOPED_TRACE(::testing::Message() << "mass " << pushed.mass << " friction " << pushed.friction);
+    EXPECT_NEAR(moved.x(), pushed.speed, kOff * pushed.speed);
+    EXPECT_NEAR(moved.y(), 0, kAside * pushed.speed);
+  }
+}
+
+TEST_P(Pushing, WhateverItsShapeAndThatOfThePusher) {
+  const Shape wall = Box{{0.1, 1, 0.5}};
+  for (const Pushed& pushed : {Pushed{.shape = HullBox({0.4, 0.6, 0.3}), .front = 0.4, .height = 0.3, .pusher = wall},
+                               Pushed{.shape = Cylinder{0.5, 0.4}, .front = 0.5, .height = 0.4, .pusher = wall},
+                               Pushed{.shape = Box{{0.4, 0.5, 0.5}},
+                               .front = 0.4,
+                               .height = 0.5,
+                               .pusher = HullBox({0.2, 1, 0.5}),
+                               .thickness = 0.2},
+                               Pushed{.shape = Box{{0.4, 0.5, 0.5}},
+                               .front = 0.4,
+                               .height = 0.5,
+                               .pusher = BoxMesh({0.2, 1, 0.5}),
+                               .thickness = 0.2}}) {
+    const Eigen::Vector2d moved = MovedBy(GetParam(), pushed);
+    SCOPED_TRACE(::testing::Message() << "shape " << pushed.shape.index() << " by " << pushed.pusher.index());
+    EXPECT_NEAR(moved.x(), 1, kOff);
+    EXPECT_NEAR(moved.y(), 0, kAside);
+  }
+}
+
+TEST_P(Pushing, APusherMovesExactlyAsTold) {
+  constexpr double kRounding = 1e-12;
+  const auto world = MakeWorld();
+  EntityDesc pusher = Crate({-2, 0, 0.6});
+  pusher.rigid_body->motion_type = MotionType::kKinematic;
+  pusher.rigid_body->linear_velocity = {1, 0.5, 0};
+  pusher.rigid_body->angular_velocity = {0, 0, 0.3};
+  const EntityId id = Add(*world, pusher);
+  Add(*world, Crate({0, 0, 0.5}, 0.5, 1e3));  // however much is in its way
+  Steps(*world, 180);
+  EXPECT_LE((PositionOf(*world, id) - Vector3(1, 1.5, 0.6)).norm(), kRounding);
+  const Quaternion turned(Eigen::AngleAxisd(0.9, Vector3::UnitZ()));
+  EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(turned), 1e-7);
+  EXPECT_EQ(VelocityOf(*world, id), Vector3(1, 0.5, 0));
+}
+
+}  // namespace
+}  // namespace genphys::testing
