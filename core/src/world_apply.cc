@@ -15,9 +15,16 @@ namespace {
 constexpr uint32_t kShapedBy =
     static_cast<uint32_t>(EntityField::kRigidBody) | static_cast<uint32_t>(EntityField::kMotionType) |
     static_cast<uint32_t>(EntityField::kGeometries) | static_cast<uint32_t>(EntityField::kInertia);
+// Parts that no physics depends on: they wake nobody.
+constexpr uint32_t kLooks =
+    static_cast<uint32_t>(EntityField::kDisplayName) | static_cast<uint32_t>(EntityField::kVisual);
 
 Vector3 ToWorld(const Vector3& v, Coordinates coordinates, const Pose& pose) {
   return coordinates == Coordinates::kEntity ? Vector3(pose.orientation * v) : v;
+}
+
+void DropForcesOn(EntityId id, LayerState& layer) {
+  std::erase_if(layer.forces, [&](const PendingForce& force) { return force.id == id; });
 }
 
 bool IsDynamic(const EntityDesc& desc) {
@@ -199,7 +206,6 @@ void World::DetachBody(EntityRow entity) {
     }
   }
   layer_.touching = std::move(kept);
-  std::erase_if(layer_.forces, [&](const PendingForce& force) { return force.id == id; });
   rule_.Remove(geometry_rows_[row]);
   geometry_rows_[row].clear();
   if (engine_ != nullptr) engine_->RemoveBody(entity);
@@ -218,6 +224,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   if ((fields.bits & kShapedBy) != 0) {
     const bool had_body = entity.desc->rigid_body.has_value();
     const Vector3 linear = state_.linear_velocities.col(slot), angular = state_.angular_velocities.col(slot);
+    // Forces act on, on a body of another shape, unless it is a new one or is moved by none.
+    if (fields.Has(EntityField::kRigidBody) || !IsDynamic(*desc)) DropForcesOn(command.id, layer_);
     DetachBody(row);
     entity.desc = std::move(desc);
     entity.mass = mass;
@@ -234,7 +242,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
   if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
   if (fields.Has(EntityField::kAngularVelocity)) SetVelocityNow({command.id, {}, now.rigid_body->angular_velocity});
-  if (now.rigid_body) WakeIslandOf(row);
+  if (now.rigid_body && (fields.bits & ~kLooks) != 0) WakeIslandOf(row);
   if (scene_.world.recorded_events.changes) Record(EntityUpdated{command.id, entity.desc, fields});
 }
 
@@ -242,6 +250,7 @@ void World::Delete(EntityId id) {
   const EntityRow row{id.index()};
   UnjoinAllOf(id);
   RemoveFieldsOf(id);
+  DropForcesOn(id, layer_);
   DetachBody(row);
   scene_.entities[id.index()].reset();
   state_.ids[id.index()] = EntityId();
@@ -262,7 +271,7 @@ void World::Delete(EntityId id) {
 
 void World::Push(const ApplyForce& command) {
   const EntityRow row{command.id.index()};
-  if (command.replace) std::erase_if(layer_.forces, [&](const PendingForce& f) { return f.id == command.id; });
+  if (command.replace) DropForcesOn(command.id, layer_);
   WakeIslandOf(row);
   PendingForce force{command.id,          command.force, command.torque, Vector3::Zero(), !command.point.has_value(),
                      command.coordinates, command.steps};
