@@ -1,11 +1,14 @@
-# genphys_add_backend(NAME <name> RANK <number> [LIBRARIES <library>...] [INTERPOSES <symbol>...])
+# genphys_add_backend(NAME <name> RANK <number> [TEST_ONLY] [LIBRARIES <library>...] [INTERPOSES <symbol>...])
 #
 # Makes the engine adapter of the calling folder part of the build: the library genphys_backend_<name> of include/ and
 # src/, the option GENPHYS_BACKEND_<NAME>, and a line in the generated builtin_backends.cc. The adapter gives
 # `std::unique_ptr<genphys::Backend> Make<Name>Backend();` in genphys/backends/<name>.h. The lowest RANK is the
-# server's default engine. INTERPOSES names functions of the engine's shared library that the adapter replaces.
+# server's default engine. One that is TEST_ONLY is built with the tests and is in no server. INTERPOSES names functions of the engine's shared library that the adapter replaces.
 function(genphys_add_backend)
-  cmake_parse_arguments(PARSE_ARGV 0 arg "" "NAME;RANK" "LIBRARIES;INTERPOSES")
+  cmake_parse_arguments(PARSE_ARGV 0 arg "TEST_ONLY" "NAME;RANK" "LIBRARIES;INTERPOSES")
+  if(arg_TEST_ONLY AND NOT GENPHYS_TESTS)
+    return()
+  endif()
   string(TOUPPER "${arg_NAME}" upper)
   option(GENPHYS_BACKEND_${upper} "Build the ${arg_NAME} engine into the server." ON)
   genphys_sources(sources "${CMAKE_CURRENT_SOURCE_DIR}/src")
@@ -24,6 +27,10 @@ function(genphys_add_backend)
     target_link_options(${target} INTERFACE "LINKER:--undefined=${symbol}" "LINKER:--export-dynamic-symbol=${symbol}")
   endforeach()
 
+  if(arg_TEST_ONLY)
+    set_property(GLOBAL APPEND PROPERTY GENPHYS_TEST_BACKENDS "${arg_NAME}")
+    return()
+  endif()
   # Natural sorting of rank:name puts the engines in the order of their ranks.
   set_property(GLOBAL APPEND PROPERTY GENPHYS_BACKENDS "${arg_RANK}:${arg_NAME}")
 endfunction()

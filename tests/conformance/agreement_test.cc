@@ -11,7 +11,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Agreement);
+GENPHYS_ENGINE_TESTS(Agreement, Claim::kEnginesAgree);
 
 constexpr double kGravity = 9.81;
 constexpr double kStep = 1.0 / 60;
@@ -31,6 +31,7 @@ std::unique_ptr<World> Weightless(const std::string& engine) {
 Vector3 Horizontal(double heading) { return {std::cos(heading), std::sin(heading), 0}; }
 
 TEST_P(Agreement, OnWhereMixedFrictionStopsASlider) {
+  Proves({Claim::kKineticFriction, Claim::kBox, Claim::kConvexHull, Claim::kCylinder});
   const std::vector<std::pair<Shape, double>> sliders{
       {Box{{0.3, 0.2, 0.05}}, 0.05}, {HullBox({0.2, 0.3, 0.06}), 0.06}, {Cylinder{0.3, 0.05}, 0.05}};
   Random random(11);
@@ -60,6 +61,7 @@ TEST_P(Agreement, OnWhereMixedFrictionStopsASlider) {
 }
 
 TEST_P(Agreement, OnTheSpeedAfterABounce) {
+  Proves({Claim::kRestitution, Claim::kSphere});
   Random random(12);
   for (int i = 0; i < 12; ++i) {
     const double mass = random.LogUniform(1e-3, 1e3), own = random.Uniform(0.2, 1), wall = random.Uniform(0.2, 1);
@@ -105,6 +107,7 @@ bool MayTouch(const Filter& a, const Filter& b) {
 }
 
 TEST_P(Agreement, OnWhoPassesThroughWhom) {
+  Proves({Claim::kCategories, Claim::kCollisionSpaces});
   static constexpr std::array<const char*, 5> kSpaces{"", "", "car", "car/wheels", "crane/hook"};
   Random random(13);
   const auto any = [&] {
@@ -146,6 +149,7 @@ TEST_P(Agreement, OnWhoPassesThroughWhom) {
 }
 
 TEST_P(Agreement, OnWhenASensorIsEnteredAndLeft) {
+  Proves({Claim::kSensors, Claim::kSensorEvents});
   Random random(14);
   for (int i = 0; i < 8; ++i) {
     const double radius = random.Uniform(0.2, 1), own = random.Uniform(0.1, 0.5), speed = random.Uniform(1, 5);
@@ -178,6 +182,7 @@ TEST_P(Agreement, OnWhenASensorIsEnteredAndLeft) {
 }
 
 TEST_P(Agreement, OnWhenSomethingIsAtRest) {
+  Proves({Claim::kSleeping});
   // A brake that leaves exp(-c t) of the speed: below the threshold at ln(v / threshold) / c, asleep the rest time
   // later.
   Random random(15);
@@ -209,6 +214,7 @@ TEST_P(Agreement, OnWhenSomethingIsAtRest) {
 }
 
 TEST_P(Agreement, OnDamping) {
+  Proves({Claim::kDamping});
   Random random(16);
   for (int i = 0; i < 8; ++i) {
     const double linear = random.Uniform(0, 5), angular = random.Uniform(0, 5), mass = random.LogUniform(1e-3, 1e3);
@@ -232,6 +238,7 @@ TEST_P(Agreement, OnDamping) {
 }
 
 TEST_P(Agreement, OnForcesInTheirCoordinatesForTheirSteps) {
+  Proves({Claim::kForce, Claim::kForceCoordinates});
   Random random(17);
   for (int i = 0; i < 12; ++i) {
     const double mass = random.LogUniform(1e-3, 1e3);

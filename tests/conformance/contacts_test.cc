@@ -6,11 +6,12 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Contacts);
+GENPHYS_ENGINE_TESTS(Contacts, Claim::kContacts);
 
 constexpr double kGravity = 9.81;
 
 TEST_P(Contacts, EveryShapeRestsOnTheFloorAtItsHeight) {
+  Proves({Claim::kSphere, Claim::kBox, Claim::kCylinder, Claim::kCapsule, Claim::kPlane});
   constexpr double kRestError = 1e-3;  // m
   const auto world = MakeWorld();
   const std::vector<std::pair<Shape, double>> shapes = {
@@ -32,6 +33,7 @@ TEST_P(Contacts, EveryShapeRestsOnTheFloorAtItsHeight) {
 }
 
 TEST_P(Contacts, PointFromTheSmallerIdToTheLarger) {
+  Proves({Claim::kContactEvents});
   const auto world = MakeWorld();
   Add(*world, Crate({0, 0, 0.55}));
   Steps(*world, 1);
@@ -52,6 +54,7 @@ TEST_P(Contacts, PointFromTheSmallerIdToTheLarger) {
 }
 
 TEST_P(Contacts, CarryTheWeight) {
+  Proves({Claim::kContactImpulses});
   // One step's impulses of a resting crate sum to m g h; iterative solvers are asked for a part in a thousand.
   constexpr double kWeightError = 1e-3;
   WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}};
@@ -73,6 +76,7 @@ TEST_P(Contacts, CarryTheWeight) {
 }
 
 TEST_P(Contacts, SlidingStopsWhereCoulombSays) {
+  Proves({Claim::kKineticFriction});
   // v^2 / (2 mu g), along an axis and along a diagonal; the integrator is first order: v h / 2 of it is too long.
   constexpr double kSpeed = 3, kFriction = 0.3;
   const double distance = kSpeed * kSpeed / (2 * kFriction * kGravity);
@@ -93,6 +97,7 @@ TEST_P(Contacts, SlidingStopsWhereCoulombSays) {
 }
 
 TEST_P(Contacts, KineticFrictionBrakesAndStaticFrictionHolds) {
+  Proves({Claim::kKineticFriction, Claim::kStaticFriction});
   const auto world = MakeWorld();
   Do(*world, SetGravity{{kGravity * 0.6, 0, -kGravity}});  // a slope of tan = 0.6
   const auto box = [&](double y, double speed) {
@@ -113,6 +118,7 @@ TEST_P(Contacts, KineticFrictionBrakesAndStaticFrictionHolds) {
 }
 
 TEST_P(Contacts, ABallBouncesAsHighAsItsRestitution) {
+  Proves({Claim::kRestitution, Claim::kSphere});
   // The impact is resolved within a step of 1/240 s at up to 6.3 m/s.
   constexpr double kHeightError = 0.06;  // m
   WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .stepper = {.step_size = 1.0 / 240}};
@@ -130,6 +136,7 @@ TEST_P(Contacts, ABallBouncesAsHighAsItsRestitution) {
 }
 
 TEST_P(Contacts, ASensorTellsOfAVisitorAndPushesNothing) {
+  Proves({Claim::kSensors, Claim::kSensorEvents});
   const auto world = MakeWorld();
   EntityDesc gate = Block({0, 0, 5}, {1, 1, 0.5});
   gate.rigid_body->geometries[0].is_sensor = true;
@@ -150,6 +157,7 @@ TEST_P(Contacts, ASensorTellsOfAVisitorAndPushesNothing) {
 }
 
 TEST_P(Contacts, FilteredPairsPassThroughEachOther) {
+  Proves({Claim::kCategories});
   const auto world = MakeWorld();
   EntityDesc ghost = Ball({0, 0, 2});
   ghost.rigid_body->geometries[0].collides_with_bits = 2;
@@ -161,6 +169,7 @@ TEST_P(Contacts, FilteredPairsPassThroughEachOther) {
 }
 
 TEST_P(Contacts, RaysHitTheNearestSurface) {
+  Proves({Claim::kRayCasts});
   const auto world = MakeWorld();
   const EntityId ball = Add(*world, Ball({3, 0, 1})), block = Add(*world, Block({6, 0, 1}, {0.5, 2, 0.9}));
   const std::vector<Ray> rays = {{{0, 0, 1}, {10, 0, 0}}, {{0, 1, 1}, {10, 0, 0}}, {{0, 0, 5}, {0, 0, 10}}};
@@ -177,6 +186,7 @@ TEST_P(Contacts, RaysHitTheNearestSurface) {
 }
 
 TEST_P(Contacts, AnOffsetCompoundRestsOnItsGeometries) {
+  Proves({Claim::kCompound});
   constexpr double kRestError = 1e-3;  // m
   const auto world = MakeWorld();
   EntityDesc table;
@@ -198,6 +208,7 @@ TEST_P(Contacts, AnOffsetCompoundRestsOnItsGeometries) {
 }
 
 TEST_P(Contacts, ABodyThatLeavesTheWorldIsDisabledAndAnnounced) {
+  Proves({Claim::kBounds, Claim::kFaultEvents});
   const auto world = MakeWorld();
   EntityDesc rocket = Ball({9.9999e6, 0, 10});
   rocket.rigid_body->linear_velocity = {1e5, 0, 0};

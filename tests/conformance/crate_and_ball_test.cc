@@ -6,7 +6,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(CrateAndBall);
+GENPHYS_ENGINE_TESTS(CrateAndBall, Claim::kContacts);
 
 constexpr double kStep = 1.0 / 60;
 constexpr double kContactTime = 0.849746;      // s: sqrt(2 (5 - 1.45826) / 9.81)

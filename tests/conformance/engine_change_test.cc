@@ -9,7 +9,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(EngineChange);
+GENPHYS_ENGINE_TESTS(EngineChange, Claim::kEngineChange);
 
 // Poses and velocities pass through the engine's own centre of mass and quaternion: rounding only.
 constexpr double kSameState = 1e-12;
@@ -35,7 +35,12 @@ Scene MakeScene(const std::string& engine) {
 }
 
 // Steps at which the ball flies, and at which it rolls on the floor while the crate rests.
-class EngineChangeAt : public ::testing::TestWithParam<std::tuple<std::string, int>> {};
+class EngineChangeAt : public EveryEngineTest<std::tuple<std::string, int>> {
+  void SetUp() override {
+    EveryEngineTest::SetUp();
+    Proves({Claim::kEngineChange});
+  }
+};
 
 TEST_P(EngineChangeAt, KeepsPosesAndVelocities) {
   const auto& [engine, step] = GetParam();
@@ -91,7 +96,8 @@ TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EngineChangeAt,
-                         ::testing::Combine(::testing::ValuesIn(EnginesWithContacts()), ::testing::Values(30, 240)));
+                         ::testing::Combine(::testing::ValuesIn(EveryEngineWithContacts()),
+                                            ::testing::Values(30, 240)));
 
 TEST_P(EngineChange, NothingMovesOnNoEngine) {
   Scene scene = MakeScene(GetParam());

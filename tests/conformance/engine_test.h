@@ -1,14 +1,37 @@
 #pragma once
 #include <gtest/gtest.h>
 
+#include <initializer_list>
 #include <string>
 
+#include "support/claims.h"
 #include "support/scenes.h"
 
 namespace genphys::testing {
 
-/// A test that every engine with contacts has to pass: written once, run once per engine.
-class EngineTest : public ::testing::TestWithParam<std::string> {
+/// A test that every engine has to pass: written once, run once per engine. One that asks an engine for something that
+/// this refuses by name ends there and has passed: the refusal was looked at (see EndAtRefusal()).
+template <typename Param>
+class EveryEngineTest : public ::testing::TestWithParam<Param> {
+ protected:
+  void SetUp() override { SetEndingAtRefusals(true); }
+
+  void TearDown() override {
+    SetEndingAtRefusals(false);
+    std::string names;
+    for (const Claim claim : claims_) names += NameOf(claim) + '|';
+    this->RecordProperty("proves", names);
+    this->RecordProperty("refused", TakeRefused());
+  }
+
+  /// What this test is about, besides what its suite says.
+  void Proves(std::initializer_list<Claim> claims) { claims_.insert(claims_.end(), claims.begin(), claims.end()); }
+
+ private:
+  std::vector<Claim> claims_;
+};
+
+class EngineTest : public EveryEngineTest<std::string> {
  protected:
   std::unique_ptr<World> MakeWorld() const { return testing::MakeWorld(GetParam()); }
 };
@@ -17,8 +40,13 @@ inline std::string EngineName(const ::testing::TestParamInfo<std::string>& info)
 
 }  // namespace genphys::testing
 
-/// Names the concept of the file and runs its tests on every engine.
-#define GENPHYS_ENGINE_TESTS(Concept)                                                                        \
-  class Concept : public ::genphys::testing::EngineTest {};                                                  \
-  INSTANTIATE_TEST_SUITE_P(Engines, Concept, ::testing::ValuesIn(::genphys::testing::EnginesWithContacts()), \
+/// Names the concept of the file, what all of its tests prove, and runs them on every engine.
+#define GENPHYS_ENGINE_TESTS(Concept, ...)                                                                       \
+  class Concept : public ::genphys::testing::EngineTest {                                                        \
+    void SetUp() override {                                                                                      \
+      EngineTest::SetUp();                                                                                       \
+      Proves({__VA_ARGS__});                                                                                     \
+    }                                                                                                            \
+  };                                                                                                             \
+  INSTANTIATE_TEST_SUITE_P(Engines, Concept, ::testing::ValuesIn(::genphys::testing::EveryEngineWithContacts()), \
                            ::genphys::testing::EngineName)

@@ -27,6 +27,7 @@ EntityDesc Awake(EntityDesc desc) {
 }
 
 TEST_P(ForceFields, AUniformOnePushesEverythingFromThenOn) {
+  Proves({Claim::kUniformField});
   const auto world = Weightless(GetParam());
   const EntityId light = Add(*world, Ball({0, 0, 0}, 0.5, 1)), heavy = Add(*world, Ball({3, 0, 0}, 0.5, 4));
   const ForceFieldId field = AddField(*world, {UniformField{.force = {0, 2, 0}, .acceleration = {0, 0, 1}}});
@@ -41,6 +42,7 @@ TEST_P(ForceFields, AUniformOnePushesEverythingFromThenOn) {
 }
 
 TEST_P(ForceFields, ActOnlyOnWhomTheyName) {
+  Proves({Claim::kUniformField});
   const auto world = Weightless(GetParam());
   const EntityId named = Add(*world, Ball({0, 0, 0})), other = Add(*world, Ball({3, 0, 0}));
   AddField(*world, {.kind = UniformField{.force = {0, 0, 1}}, .entities = {named}});
@@ -56,6 +58,7 @@ TEST_P(ForceFields, ActOnlyOnWhomTheyName) {
 }
 
 TEST_P(ForceFields, ActOnlyInsideTheirRegion) {
+  Proves({Claim::kUniformField});
   const auto world = Weightless(GetParam());
   const EntityId inside = Add(*world, Ball({0, 0, 0})), outside = Add(*world, Ball({3, 0, 0}));
   AddField(*world, {.kind = UniformField{.force = {0, 0, 1}}, .region = Region{{1, -1, -1}, {-1, 1, 0.5}}});
@@ -68,6 +71,7 @@ TEST_P(ForceFields, ActOnlyInsideTheirRegion) {
 }
 
 TEST_P(ForceFields, LinearDragIsExactWhateverItsCoefficient) {
+  Proves({Claim::kDragField});
   for (const double drag : {0.5, 500.0}) {
     const auto world = Weightless(GetParam());
     EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
@@ -82,6 +86,7 @@ TEST_P(ForceFields, LinearDragIsExactWhateverItsCoefficient) {
 }
 
 TEST_P(ForceFields, QuadraticDragIsExact) {
+  Proves({Claim::kDragField});
   const auto world = Weightless(GetParam());
   EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
   ball.rigid_body->linear_velocity = {0, 30, 0};
@@ -94,6 +99,7 @@ TEST_P(ForceFields, QuadraticDragIsExact) {
 }
 
 TEST_P(ForceFields, WindCarriesThingsAlong) {
+  Proves({Claim::kDragField});
   const auto world = Weightless(GetParam());
   const EntityId id = Add(*world, Ball({0, 0, 0}, 0.5, 2));
   AddField(*world, {DragField{.linear = 3, .medium_velocity = {4, 0, 0}}});
@@ -104,6 +110,7 @@ TEST_P(ForceFields, WindCarriesThingsAlong) {
 }
 
 TEST_P(ForceFields, AFallAgainstDragEndsAtItsTerminalVelocity) {
+  Proves({Claim::kDragField});
   const auto world =
       testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
   const EntityId id = Add(*world, Ball({0, 0, 0}, 0.5, 2));
@@ -117,6 +124,7 @@ TEST_P(ForceFields, AFallAgainstDragEndsAtItsTerminalVelocity) {
 }
 
 TEST_P(ForceFields, AngularDragSlowsTheSpin) {
+  Proves({Claim::kDragField});
   const auto world = Weightless(GetParam());
   EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
   ball.rigid_body->angular_velocity = {0, 0, 5};
@@ -132,6 +140,7 @@ TEST_P(ForceFields, AngularDragSlowsTheSpin) {
 }
 
 TEST_P(ForceFields, ASpringSwingsAsItsClosedFormSays) {
+  Proves({Claim::kSpringField});
   constexpr double kMass = 2, kStiffness = 50, kAmplitude = 0.3;
   const double omega = std::sqrt(kStiffness / kMass);
   const auto world = Weightless(GetParam());
@@ -147,6 +156,7 @@ TEST_P(ForceFields, ASpringSwingsAsItsClosedFormSays) {
 }
 
 TEST_P(ForceFields, ASpringHoldsAWeightWhereItsForceIsTheWeight) {
+  Proves({Claim::kSpringField});
   const auto world =
       testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
   const EntityId ball = Add(*world, Awake(Ball({0, 0, 3}, 0.1, 2)));
@@ -159,6 +169,7 @@ TEST_P(ForceFields, ASpringHoldsAWeightWhereItsForceIsTheWeight) {
 }
 
 TEST_P(ForceFields, AWeightBetweenTwoDampedSpringsHangsWhereTheirForcesSay) {
+  Proves({Claim::kSpringField});
   const auto world =
       testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
   const EntityId ball = Add(*world, Awake(Ball({0, 0, 3}, 0.1, 2)));
@@ -173,6 +184,7 @@ TEST_P(ForceFields, AWeightBetweenTwoDampedSpringsHangsWhereTheirForcesSay) {
 }
 
 TEST_P(ForceFields, ASpringBetweenTwoKeepsTheirMomentum) {
+  Proves({Claim::kSpringField});
   const auto world = Weightless(GetParam());
   EntityDesc turned = Crate({2, 0, 0}, 0.3, 3);
   const EntityId a = Add(*world, Awake(Crate({0, 0, 0}))), b = Add(*world, Awake(turned));
@@ -192,6 +204,7 @@ TEST_P(ForceFields, ASpringBetweenTwoKeepsTheirMomentum) {
 }
 
 TEST_P(ForceFields, TheStiffestSpringStaysFinite) {
+  Proves({Claim::kSpringField});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Awake(Ball({2, 0, 0}, 0.1, 1e-3)));
   AddField(*world, {SpringField{.a = ball, .rest_length = 1, .stiffness = 1e15}});
@@ -205,6 +218,7 @@ TEST_P(ForceFields, TheStiffestSpringStaysFinite) {
 }
 
 TEST_P(ForceFields, APointPullsThingsIntoAnOrbit) {
+  Proves({Claim::kPointGravityField});
   constexpr double kRadius = 4, kStrength = 100;
   const double speed = std::sqrt(kStrength / kRadius), omega = speed / kRadius;
   const auto world = Weightless(GetParam());
@@ -221,6 +235,7 @@ TEST_P(ForceFields, APointPullsThingsIntoAnOrbit) {
 }
 
 TEST_P(ForceFields, AnythingFloatsAsDeepAsItsDensitySays) {
+  Proves({Claim::kBuoyancyField});
   const auto world =
       testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
   EntityDesc box = Body(Box{{0.5, 0.5, 0.25}}, {0, 0, 0.2}, 0.3 * 1000 * 0.5);
@@ -234,6 +249,7 @@ TEST_P(ForceFields, AnythingFloatsAsDeepAsItsDensitySays) {
 }
 
 TEST_P(ForceFields, AStoneSinksAndABubbleRises) {
+  Proves({Claim::kBuoyancyField});
   const auto world =
       testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
   const double volume = 4.0 / 3 * std::acos(-1.0) * 0.001;
@@ -248,6 +264,7 @@ TEST_P(ForceFields, AStoneSinksAndABubbleRises) {
 }
 
 TEST_P(ForceFields, WakeWhomTheyMayMove) {
+  Proves({Claim::kUniformField});
   const auto world = MakeWorld();
   const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
   Steps(*world, 120);
@@ -263,6 +280,7 @@ TEST_P(ForceFields, WakeWhomTheyMayMove) {
 }
 
 TEST_P(ForceFields, WhatASpringTiesSleepsAndWakesTogether) {
+  Proves({Claim::kSpringField});
   const auto world = MakeWorld();
   const EntityId a = Add(*world, Crate({0, 0, 0.5})), b = Add(*world, Crate({4, 0, 0.5}));
   AddField(*world, {SpringField{.a = a, .b = b, .rest_length = 4, .stiffness = 10}});
@@ -275,6 +293,7 @@ TEST_P(ForceFields, WhatASpringTiesSleepsAndWakesTogether) {
 }
 
 TEST_P(ForceFields, StayWhenTheEngineChanges) {
+  Proves({Claim::kEngineChange});
   const auto world = Weightless(GetParam());
   const EntityId id = Add(*world, Ball({0, 0, 0}));
   AddField(*world, {UniformField{.force = {0, 0, 1}}});
@@ -287,6 +306,7 @@ TEST_P(ForceFields, StayWhenTheEngineChanges) {
 }
 
 TEST_P(ForceFields, AreRefusedWithTheFieldThatIsWrong) {
+  Proves({Claim::kUniformField});
   const auto world = MakeWorld();
   const EntityId ball = Add(*world, Ball({0, 0, 2}));
   const EntityId floor = Add(*world, Block({9, 0, 0}, {1, 1, 1}));

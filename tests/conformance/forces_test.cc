@@ -17,6 +17,7 @@ std::unique_ptr<World> Weightless(const std::string& engine) {
 }
 
 TEST_P(Forces, AForceActsForItsStepsAndNoLonger) {
+  Proves({Claim::kForce});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Ball({0, 0, 0}, 0.5, 2));
   Do(*world, ApplyForce{.id = ball, .force = {3, 0, 0}, .steps = 10});
@@ -29,6 +30,7 @@ TEST_P(Forces, AForceActsForItsStepsAndNoLonger) {
 }
 
 TEST_P(Forces, AForceBesideTheCentreTurnsTheBody) {
+  Proves({Claim::kForce});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Ball({1, 2, 3}, 0.5, 2));
 
@@ -42,6 +44,7 @@ TEST_P(Forces, AForceBesideTheCentreTurnsTheBody) {
 }
 
 TEST_P(Forces, CoordinatesOfTheEntityTurnWithIt) {
+  Proves({Claim::kForceCoordinates});
   const auto world = Weightless(GetParam());
   EntityDesc ball = Ball({0, 0, 0});
   ball.pose.orientation = Quaternion(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitZ()));
@@ -55,6 +58,7 @@ TEST_P(Forces, CoordinatesOfTheEntityTurnWithIt) {
 }
 
 TEST_P(Forces, ReplacingDropsWhatWasPending) {
+  Proves({Claim::kForce});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Ball({0, 0, 0}));
   Do(*world, ApplyForce{.id = ball, .force = {5, 0, 0}, .steps = 100});
@@ -67,6 +71,7 @@ TEST_P(Forces, ReplacingDropsWhatWasPending) {
 }
 
 TEST_P(Forces, ColumnsDoWhatTheSameForcesDoOneByOne) {
+  Proves({Claim::kForceColumns});
   const auto one = Weightless(GetParam()), columns = Weightless(GetParam());
   ApplyForceColumns command;
   for (int i = 0; i < 5; ++i) {
@@ -87,6 +92,7 @@ TEST_P(Forces, ColumnsDoWhatTheSameForcesDoOneByOne) {
 }
 
 TEST_P(Forces, AnImpulseChangesMomentumAtOnce) {
+  Proves({Claim::kImpulse});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Ball({0, 0, 0}, 0.5, 2));
 
@@ -97,6 +103,7 @@ TEST_P(Forces, AnImpulseChangesMomentumAtOnce) {
 }
 
 TEST_P(Forces, DampingDecaysExponentially) {
+  Proves({Claim::kDamping});
   const auto world = Weightless(GetParam());
   EntityDesc ball = Ball({0, 0, 0});
   ball.rigid_body->linear_velocity = {1, 0, 0};
@@ -112,6 +119,7 @@ TEST_P(Forces, DampingDecaysExponentially) {
 }
 
 TEST_P(Forces, GravityActsByItsScale) {
+  Proves({Claim::kGravityScale});
   const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -10}, .ground_plane = false});
   EntityDesc light = Ball({0, 0, 0}), floating = Ball({3, 0, 0}), rising = Ball({6, 0, 0});
   light.rigid_body->gravity_scale = 0.25;
@@ -127,6 +135,7 @@ TEST_P(Forces, GravityActsByItsScale) {
 }
 
 TEST_P(Forces, AnUpdateOfTheScaleOfGravityWakesASleeper) {
+  Proves({Claim::kGravityScale, Claim::kSleeping});
   const auto world = MakeWorld();
   const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
   Steps(*world, 120);
@@ -142,6 +151,7 @@ TEST_P(Forces, AnUpdateOfTheScaleOfGravityWakesASleeper) {
 }
 
 TEST_P(Forces, NothingIsFasterThanItsSpeedMax) {
+  Proves({Claim::kSpeedMax});
   const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = {0, 0, -10}, .ground_plane = false});
   EntityDesc slow = Crate({0, 0, 0});
   slow.rigid_body->linear_speed_max = 2;
@@ -162,6 +172,7 @@ TEST_P(Forces, NothingIsFasterThanItsSpeedMax) {
 }
 
 TEST_P(Forces, SpeedsMaxHoldAgainstAKick) {
+  Proves({Claim::kSpeedMax});
   const auto world = Weightless(GetParam());
   EntityDesc ball = Ball({0, 0, 0});
   ball.rigid_body->linear_speed_max = 1;
@@ -176,6 +187,7 @@ TEST_P(Forces, SpeedsMaxHoldAgainstAKick) {
 }
 
 TEST_P(Forces, TheNetForceOfARestingCrateIsNothingAndOfAFallingOneItsWeight) {
+  Proves({Claim::kNetForce});
   const auto world = MakeWorld();
   EntityDesc rests = Crate({0, 0, 0.5}, 0.5, 3);
   rests.rigid_body->auto_disable.enabled = false;
@@ -190,6 +202,7 @@ TEST_P(Forces, TheNetForceOfARestingCrateIsNothingAndOfAFallingOneItsWeight) {
 }
 
 TEST_P(Forces, ASpinningBodyKeepsItsAngularMomentum) {
+  Proves({Claim::kFreeRotation});
   constexpr double kMomentumError = 1e-6;  // relative; 600 Runge-Kutta steps of 0.08 rad
   const auto world = Weightless(GetParam());
   EntityDesc plate = Body(Box{{0.5, 0.2, 0.05}}, {0, 0, 0});

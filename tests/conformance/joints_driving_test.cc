@@ -19,6 +19,7 @@ JointAxis Driven(double velocity, std::optional<double> force_max = {}) {
 }
 
 TEST_P(JointsDriving, AMotorSpinsAFlywheelUpWithItsTorqueAndHoldsTheSpeed) {
+  Proves({Claim::kJointHinge, Claim::kJointMotor});
   constexpr double kTorque = 0.3, kTarget = 5;
   const auto world = MakeSpace(GetParam());
   const EntityId wheel = Add(*world, Ball({0, 0, 0}));
@@ -33,6 +34,7 @@ TEST_P(JointsDriving, AMotorSpinsAFlywheelUpWithItsTorqueAndHoldsTheSpeed) {
 }
 
 TEST_P(JointsDriving, AHingeCountsItsTurns) {
+  Proves({Claim::kJointHinge, Claim::kJointMotor});
   const auto world = MakeSpace(GetParam());
   const EntityId wheel = Add(*world, Ball({0, 0, 0}));
   const JointId joint = Join(*world, ToWorld(wheel, HingeJoint{Driven(-7)}));
@@ -41,6 +43,7 @@ TEST_P(JointsDriving, AHingeCountsItsTurns) {
 }
 
 TEST_P(JointsDriving, AnArmRestsOnTheLimitOfItsHinge) {
+  Proves({Claim::kJointHinge, Claim::kJointLimit});
   constexpr double kLimit = 0.7;
   const auto world = MakeSpace(GetParam());
   // About y it falls from the horizontal to where the limit holds it.
@@ -59,6 +62,7 @@ TEST_P(JointsDriving, AnArmRestsOnTheLimitOfItsHinge) {
 }
 
 TEST_P(JointsDriving, AMotorDoesNotFightTheLimit) {
+  Proves({Claim::kJointMotor, Claim::kJointLimit});
   const auto world = MakeSpace(GetParam());
   const EntityId wheel = Add(*world, Ball({0, 0, 0}));
   HingeJoint hinge{Driven(3)};
@@ -70,6 +74,7 @@ TEST_P(JointsDriving, AMotorDoesNotFightTheLimit) {
 }
 
 TEST_P(JointsDriving, ASliderOnASpringSwingsAsTheClosedFormSays) {
+  Proves({Claim::kJointSlider, Claim::kJointSpring});
   constexpr double kStiffness = 10, kDamping = 0.5, kMass = 1, kStart = 0.3;
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
   const EntityId box = Add(*world, Crate({0, 0, kStart}, 0.1, kMass));
@@ -99,6 +104,7 @@ TEST_P(JointsDriving, ASliderOnASpringSwingsAsTheClosedFormSays) {
 }
 
 TEST_P(JointsDriving, ASliderKeepsToItsPathAndItsEnd) {
+  Proves({Claim::kJointSlider, Claim::kJointLimit});
   const auto world = MakeSpace(GetParam());
   // Down a slope of 30 degrees, with its weight beside the path.
   const Vector3 down(std::cos(M_PI / 6), 0, -std::sin(M_PI / 6));
@@ -119,6 +125,7 @@ TEST_P(JointsDriving, ASliderKeepsToItsPathAndItsEnd) {
 }
 
 TEST_P(JointsDriving, AMotorPushesASliderWithNoMoreThanItsForce) {
+  Proves({Claim::kJointSlider, Claim::kJointMotor});
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
   const EntityId cart = Add(*world, Crate({0, 0, 0}, 0.2, 2));
   const JointId joint = Join(*world, ToWorld(cart, SliderJoint{Driven(1, 3)}));
@@ -130,6 +137,7 @@ TEST_P(JointsDriving, AMotorPushesASliderWithNoMoreThanItsForce) {
 }
 
 TEST_P(JointsDriving, AMotorDrivesToAPosition) {
+  Proves({Claim::kJointMotor});
   const auto world = MakeSpace(GetParam());
   const EntityId arm = Add(*world, Ball({1, 0, 0}, 0.1));
   HingeJoint hinge;
@@ -143,6 +151,7 @@ TEST_P(JointsDriving, AMotorDrivesToAPosition) {
 }
 
 TEST_P(JointsDriving, LiveChangesTakeEffect) {
+  Proves({Claim::kJointChange});
   const auto world = MakeSpace(GetParam());
   const EntityId wheel = Add(*world, Ball({0, 0, 0}));
   const JointId joint = Join(*world, ToWorld(wheel, HingeJoint{Driven(2)}));

@@ -29,6 +29,7 @@ double PeriodOf(World& world, EntityId id, int steps) {
 }
 
 TEST_P(JointsHolding, APendulumHasThePeriodOfTheClosedForm) {
+  Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointDistance});
   constexpr double kAngle = 0.2, kRadius = 0.1;
   for (const JointKind& kind : {JointKind(BallJoint{}), JointKind(HingeJoint{}), JointKind(DistanceJoint{})}) {
     const auto world = MakeSpace(GetParam());
@@ -49,6 +50,7 @@ TEST_P(JointsHolding, APendulumHasThePeriodOfTheClosedForm) {
 }
 
 TEST_P(JointsHolding, AHangingChainCarriesAtEachJointWhatHangsBelow) {
+  Proves({Claim::kJointBall});
   constexpr int kLinks = 10;
   const auto world = MakeSpace(GetParam());
   std::vector<JointId> joints;
@@ -66,6 +68,7 @@ TEST_P(JointsHolding, AHangingChainCarriesAtEachJointWhatHangsBelow) {
 }
 
 TEST_P(JointsHolding, ALongChainHoldsTogetherHoweverItIsSolved) {
+  Proves({Claim::kJointBall, Claim::kJointHinge});
   constexpr int kLinks = 40;
   constexpr double kLength = 0.4, kThickness = 0.1;
   const Vector3 along(std::sin(0.5), 0, -std::cos(0.5));
@@ -94,6 +97,7 @@ TEST_P(JointsHolding, ALongChainHoldsTogetherHoweverItIsSolved) {
 }
 
 TEST_P(JointsHolding, AFixedBeamCarriesItsWeightAndItsMoment) {
+  Proves({Claim::kJointFixed});
   const auto world = MakeSpace(GetParam());
   const EntityId beam = Add(*world, Body(Box{{1, 0.1, 0.1}}, {1, 0, 0}, 3));
   const JointId joint = Join(*world, ToWorld(beam, FixedJoint{}));
@@ -107,6 +111,7 @@ TEST_P(JointsHolding, AFixedBeamCarriesItsWeightAndItsMoment) {
 }
 
 TEST_P(JointsHolding, ABallStopsAtTheEdgeOfItsCone) {
+  Proves({Claim::kJointBall, Claim::kJointLimit});
   constexpr double kSwing = 0.5;
   const auto world = MakeSpace(GetParam());
   // Upside down, so that it falls over as far as it may.
@@ -122,6 +127,7 @@ TEST_P(JointsHolding, ABallStopsAtTheEdgeOfItsCone) {
 }
 
 TEST_P(JointsHolding, ARopeIsSlackUntilItIsTaut) {
+  Proves({Claim::kJointDistance});
   constexpr double kLength = 1;
   const auto world = MakeSpace(GetParam());
   const EntityId ball = Add(*world, Ball({0, 0, -0.2}, 0.1));
@@ -138,6 +144,7 @@ TEST_P(JointsHolding, ARopeIsSlackUntilItIsTaut) {
 }
 
 TEST_P(JointsHolding, WhatIsJoinedDoesNotCollideUnlessItShall) {
+  Proves({Claim::kJoinedPairs});
   for (const bool collide : {false, true}) {
     const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
     const EntityId a = Add(*world, Ball({0, 0, 0})), b = Add(*world, Ball({0.9, 0, 0}));

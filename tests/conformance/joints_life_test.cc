@@ -12,6 +12,7 @@ GENPHYS_ENGINE_TESTS(JointsLife);
 constexpr double kGravity = 9.81;
 
 TEST_P(JointsLife, AJointBreaksInTheStepInWhichItHoldsTooMuch) {
+  Proves({Claim::kJointBreak, Claim::kJointBrokeEvents});
   constexpr double kLimit = 15, kPull = 10;
   const auto world = MakeSpace(GetParam());
   const EntityId weight = Add(*world, Ball({0, 0, -1}, 0.2));
@@ -36,6 +37,7 @@ TEST_P(JointsLife, AJointBreaksInTheStepInWhichItHoldsTooMuch) {
 }
 
 TEST_P(JointsLife, AJointBreaksByTorqueAlone) {
+  Proves({Claim::kJointBreak});
   const auto world = MakeSpace(GetParam());
   const EntityId beam = Add(*world, Body(Box{{1, 0.1, 0.1}}, {1, 0, 0}, 1));
   JointDesc weld = ToWorld(beam, FixedJoint{});
@@ -51,6 +53,7 @@ TEST_P(JointsLife, AJointBreaksByTorqueAlone) {
 }
 
 TEST_P(JointsLife, WhatIsJoinedSleepsAndWakesTogether) {
+  Proves({Claim::kSleeping});
   const auto world = MakeWorld();
   const EntityId a = Add(*world, Crate({0, 0, 0.5})), b = Add(*world, Crate({1.5, 0, 0.5}));
   DistanceJoint rope;
@@ -77,6 +80,7 @@ TEST_P(JointsLife, WhatIsJoinedSleepsAndWakesTogether) {
 }
 
 TEST_P(JointsLife, ASlowMotorIsNotPutToSleep) {
+  Proves({Claim::kSleeping, Claim::kJointMotor});
   const auto world = MakeWorld();
   const EntityId hand = Add(*world, Ball({0, 0, 5}));
   HingeJoint clock;
@@ -88,6 +92,7 @@ TEST_P(JointsLife, ASlowMotorIsNotPutToSleep) {
 }
 
 TEST_P(JointsLife, WhoeverHangsOnWhatSetsOutWakesUp) {
+  Proves({Claim::kSleeping});
   const auto world = MakeWorld();
   EntityDesc lift = Crate({0, 0, 5});
   lift.rigid_body->motion_type = MotionType::kKinematic;
@@ -102,6 +107,7 @@ TEST_P(JointsLife, WhoeverHangsOnWhatSetsOutWakesUp) {
 }
 
 TEST_P(JointsLife, AnEntityTakesItsJointsWithIt) {
+  Proves({Claim::kJointChange});
   const auto world = MakeWorld();
   const EntityId top = Add(*world, Ball({0, 0, 8})), bottom = Add(*world, Ball({0, 0, 6}));
   const JointId hook = Join(*world, ToWorld(top, BallJoint{}, Pose{{0, 0, 9}, {1, 0, 0, 0}}));
@@ -119,6 +125,7 @@ TEST_P(JointsLife, AnEntityTakesItsJointsWithIt) {
 }
 
 TEST_P(JointsLife, WhatLeavesTheWorldLetsGo) {
+  Proves({Claim::kBounds});
   const auto world = MakeSpace(GetParam());
   const EntityId fast = Add(*world, Ball({0, 0, 0})), slow = Add(*world, Ball({0, 0, 3}));
   DistanceJoint rope;
@@ -135,6 +142,7 @@ TEST_P(JointsLife, WhatLeavesTheWorldLetsGo) {
 }
 
 TEST_P(JointsLife, AChainSurvivesADifferentEngineForEachStep) {
+  Proves({Claim::kEngineChange});
   constexpr double kDrift = 5e-3;  // m
   const auto world = MakeSpace(GetParam());
   const Vector3 along(std::sin(0.5), 0, -std::cos(0.5));
@@ -160,6 +168,7 @@ TEST_P(JointsLife, AChainSurvivesADifferentEngineForEachStep) {
 }
 
 TEST_P(JointsLife, TurnsAndTargetsSurviveAChangeOfEngine) {
+  Proves({Claim::kEngineChange});
   const auto world = MakeSpace(GetParam());
   const EntityId wheel = Add(*world, Ball({0, 0, 0}));
   HingeJoint hinge;
@@ -176,6 +185,7 @@ TEST_P(JointsLife, TurnsAndTargetsSurviveAChangeOfEngine) {
 }
 
 TEST_P(JointsLife, AResetBringsBackWhatWasJoined) {
+  Proves({Claim::kJointChange});
   const auto world = MakeSpace(GetParam());
   const EntityId a = Add(*world, Ball({0, 0, 0})), b = Add(*world, Ball({0, 0, -0.9}));
   const JointId hook = Join(*world, ToWorld(a, BallJoint{}));

@@ -18,6 +18,7 @@ JointAxis Driven(double velocity, std::optional<double> force_max = {}) {
 }
 
 TEST_P(JointsMachines, AWheelSagsOnItsSuspensionAndIsSteeredWhileItSpins) {
+  Proves({Claim::kJointWheel, Claim::kJointSpring});
   constexpr double kMass = 5, kStiffness = 1000, kSteering = 0.4, kSpin = 6;
   const auto world = MakeSpace(GetParam());
   const EntityId chassis = Add(*world, Block({0, 0, 2}, {1, 1, 0.1}));
@@ -43,6 +44,7 @@ TEST_P(JointsMachines, AWheelSagsOnItsSuspensionAndIsSteeredWhileItSpins) {
 }
 
 TEST_P(JointsMachines, AUniversalJointTransmitsAsTheClosedFormSays) {
+  Proves({Claim::kJointUniversal});
   constexpr double kBend = 0.5, kSpeed = 2;
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
   const Vector3 along(std::sin(kBend), 0, std::cos(kBend));
@@ -68,6 +70,7 @@ TEST_P(JointsMachines, AUniversalJointTransmitsAsTheClosedFormSays) {
 }
 
 TEST_P(JointsMachines, AGearKeepsItsRatio) {
+  Proves({Claim::kJointGear});
   constexpr double kRatio = -2.5, kTorque = 0.2;
   const auto world = MakeSpace(GetParam());
   const EntityId a = Add(*world, Ball({0, 0, 0}, 0.5, 2)), b = Add(*world, Ball({2, 0, 0}, 0.3, 1));
@@ -91,6 +94,7 @@ TEST_P(JointsMachines, AGearKeepsItsRatio) {
 }
 
 TEST_P(JointsMachines, AGearOnWhatCannotMoveHoldsStill) {
+  Proves({Claim::kJointGear});
   const auto world = MakeSpace(GetParam());
   EntityDesc motor = Ball({0, 0, 0});
   motor.rigid_body->motion_type = MotionType::kKinematic;
@@ -106,6 +110,7 @@ TEST_P(JointsMachines, AGearOnWhatCannotMoveHoldsStill) {
 }
 
 TEST_P(JointsMachines, ASixDofJointHoldsWhatIsNotSetAndFreesWhatIs) {
+  Proves({Claim::kJointSixDof});
   const auto world = MakeSpace(GetParam());
   const EntityId box = Add(*world, Body(Box{{0.2, 0.3, 0.4}}, {0, 0, 0}, 2));
   SixDofJoint joint;
@@ -128,6 +133,7 @@ TEST_P(JointsMachines, ASixDofJointHoldsWhatIsNotSetAndFreesWhatIs) {
 }
 
 TEST_P(JointsMachines, ASixDofJointWithoutAnyAxisIsAFixedOne) {
+  Proves({Claim::kJointSixDof});
   const auto world = MakeSpace(GetParam());
   const EntityId beam = Add(*world, Body(Box{{1, 0.1, 0.1}}, {1, 0, 0}, 3));
   const JointId joint = Join(*world, ToWorld(beam, SixDofJoint{}));

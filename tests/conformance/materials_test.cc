@@ -7,7 +7,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Materials);
+GENPHYS_ENGINE_TESTS(Materials, Claim::kMixingRules);
 
 constexpr double kRounding = 1e-12;
 
@@ -65,6 +65,7 @@ TEST_P(Materials, OfTwoRulesTheLaterOneCounts) {
 }
 
 TEST_P(Materials, SlideAsFarAsTheirMixedFrictionSays) {
+  Proves({Claim::kKineticFriction});
   constexpr double kSpeed = 3, kGravity = 9.81, kStep = 1.0 / 60;
   for (const auto& [rule, friction] : {std::pair{Mixing::kMinimum, 0.2}, {Mixing::kMaximum, 0.8}}) {
     const auto world = OnFloor(GetParam(), {.friction = 0.2});
@@ -82,6 +83,7 @@ TEST_P(Materials, SlideAsFarAsTheirMixedFrictionSays) {
 }
 
 TEST_P(Materials, BounceAsHighAsTheirMixedRestitutionSays) {
+  Proves({Claim::kRestitution});
   constexpr double kHeight = 1, kGravity = 9.81, kStep = 1.0 / 240;
   const double speed = std::sqrt(2 * kGravity * kHeight);
   for (const auto& [rule, restitution] : {std::pair{Mixing::kMinimum, 0.5}, {Mixing::kMaximum, 0.9}}) {

@@ -8,7 +8,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Pushing);
+GENPHYS_ENGINE_TESTS(Pushing, Claim::kKinematicPush);
 
 constexpr double kGravity = 9.81;
 constexpr double kOff = 1e-3;  // m after a second of being pushed at 1 m/s

@@ -35,6 +35,7 @@ T Must(Result<T> made) {
 Refusal WhyNot(const Status& status) { return RefusalOf(status).value_or(Refusal{}); }
 
 TEST_P(Queries, ARayTellsOfAllThatItPassesInOrder) {
+  Proves({Claim::kRaysThrough});
   const auto world = MakeWorld();
   const EntityId high = Add(*world, Still(Sphere{0.5}, {0, 0, 5}));
   const EntityId low = Add(*world, Still(HullBox({0.5, 0.5, 0.5}), {0, 0, 2}));
@@ -63,6 +64,7 @@ TEST_P(Queries, ARayTellsOfAllThatItPassesInOrder) {
 }
 
 TEST_P(Queries, AShapeIsStoppedByWhatItMeetsFirst) {
+  Proves({Claim::kShapeCast});
   const auto world = MakeWorld();
   const EntityId box = Add(*world, Still(Box{{1, 1, 1}}, {0, 0, 1}));
   const EntityId mesh = Add(*world, Still(GroundMesh(2, 5), {10, 0, 1}));
@@ -88,6 +90,7 @@ TEST_P(Queries, AShapeIsStoppedByWhatItMeetsFirst) {
 }
 
 TEST_P(Queries, AnOverlapIsToldOfAllThatIsThere) {
+  Proves({Claim::kOverlap});
   const auto world = MakeWorld();
   const EntityId box = Add(*world, Still(Box{{1, 1, 1}}, {0, 0, 3}));
   const EntityId cone = Add(*world, Still(Cone{0.5, 0.5}, {1.6, 0, 3}));
@@ -102,6 +105,7 @@ TEST_P(Queries, AnOverlapIsToldOfAllThatIsThere) {
 }
 
 TEST_P(Queries, TheClosestThingIsFoundAndHowFarItIs) {
+  Proves({Claim::kClosestPoints});
   const auto world = MakeWorld();
   const EntityId box = Add(*world, Still(Box{{1, 1, 1}}, {0, 0, 5}));
   const std::vector<Pose> poses = At({{3, 4, 7}, {0, 0, 1}, {0, 0, 5.8}, {0, 0, 60}});
@@ -119,6 +123,7 @@ TEST_P(Queries, TheClosestThingIsFoundAndHowFarItIs) {
 }
 
 TEST_P(Queries, DistancesOfEntitiesAreThoseOfTheirNearestParts) {
+  Proves({Claim::kClosestPoints});
   const auto world = MakeWorld();
   EntityDesc two = Still(Sphere{0.5}, {0, 0, 5});
   two.rigid_body->geometries.push_back({.shape = Sphere{0.25}, .pose_in_entity = {{2, 0, 0}}});
@@ -140,6 +145,7 @@ TEST_P(Queries, DistancesOfEntitiesAreThoseOfTheirNearestParts) {
 }
 
 TEST_P(Queries, ContactsOfAnEntityCarryItsWeightAndOutlastItsWaking) {
+  Proves({Claim::kContactsOf});
   const auto world = MakeWorld();
   const EntityId crate = Add(*world, Crate({0, 0, 0.5}, 0.5, 2));
   const EntityId ball = Add(*world, Ball({5, 0, 3}));
@@ -164,6 +170,7 @@ TEST_P(Queries, ContactsOfAnEntityCarryItsWeightAndOutlastItsWaking) {
 }
 
 TEST_P(Queries, RefuseWhatIsNoQuestion) {
+  Proves({Claim::kOverlap, Claim::kShapeCast, Claim::kClosestPoints, Claim::kContactsOf});
   const auto world = MakeWorld();
   const std::vector<Pose> here(1);
   EXPECT_EQ(WhyNot(world->FindOverlaps(Plane{}, here).status()).field, "shape");

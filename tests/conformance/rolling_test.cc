@@ -6,7 +6,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Rolling);
+GENPHYS_ENGINE_TESTS(Rolling, Claim::kRollingFriction);
 
 constexpr double kGravity = 9.81, kRadius = 0.5, kStep = 1.0 / 60;
 // Of a solid ball, moment over m r^2, and what a push at its centre moves beside a ball that need not turn.
@@ -127,7 +127,8 @@ TEST_P(Rolling, IsTheSameWhateverTheSolver) {
   constexpr double kSpeed = 2, kArm = 0.04;
   const double braking = kRolls * kArm / kRadius * kGravity;
   for (const Solver solver : {Solver::kIterative, Solver::kDirect}) {
-    if (solver == Solver::kDirect && !Engines().Find(GetParam())->capabilities().Has(Feature::kSolverDirect)) continue;
+    if (solver == Solver::kDirect && !EveryEngine().Find(GetParam())->capabilities().Has(Feature::kSolverDirect))
+      continue;
     const auto world = OnFloor(GetParam(), {.rolling_friction = kArm, .spinning_friction = kArm}, solver);
     const EntityId ball = Add(*world, RollingBall({kSpeed, 0, 0}));
     // Many points of one side, all of which resist.

@@ -29,6 +29,8 @@ std::unique_ptr<World> WorldOn(const std::string& engine, const Shape& ground, d
 std::vector<Shape> FlatGrounds() { return {GroundMesh(6, 25), Ground(49, 0.25)}; }
 
 TEST_P(MovingShapes, SlideAndRollOverSeamsAsOverAPlane) {
+  Proves({Claim::kTriangleMesh, Claim::kHeightfield, Claim::kBox, Claim::kConvexHull, Claim::kSphere, Claim::kCylinder,
+          Claim::kCone, Claim::kEllipsoid});
   // An invariant: without friction nothing changes the velocity, and without a bump nothing lifts or turns.
   constexpr double kUnchanged = 1e-6;
   for (const Shape& ground : FlatGrounds()) {
@@ -55,6 +57,7 @@ TEST_P(MovingShapes, SlideAndRollOverSeamsAsOverAPlane) {
 }
 
 TEST_P(MovingShapes, SlideDownAHeightfieldWithGSinA) {
+  Proves({Claim::kHeightfield, Claim::kTriangleMesh});
   constexpr double kAngle = 0.3;
   const auto slope = [](double x, double) { return -x * std::tan(kAngle); };
   const double acceleration = kGravity * std::sin(kAngle);
@@ -77,6 +80,7 @@ TEST_P(MovingShapes, SlideDownAHeightfieldWithGSinA) {
 }
 
 TEST_P(MovingShapes, ASpheroidRollsDownAsABallDoes) {
+  Proves({Claim::kEllipsoid, Claim::kStaticFriction});
   // About its long axis, two fifths of its mass times the square of its radius turn: 5/7 g sin a.
   constexpr double kAngle = 0.2;
   const double acceleration = 5.0 / 7 * kGravity * std::sin(kAngle);
@@ -93,6 +97,7 @@ TEST_P(MovingShapes, ASpheroidRollsDownAsABallDoes) {
 }
 
 TEST_P(MovingShapes, ATowerOfHullsStands) {
+  Proves({Claim::kConvexHull});
   const auto world = MakeWorld();
   std::vector<EntityId> ids;
   for (int i = 0; i < 5; ++i) ids.push_back(Add(*world, Body(HullBox({0.5, 0.5, 0.5}), {0, 0, 0.5 + i})));
@@ -104,6 +109,7 @@ TEST_P(MovingShapes, ATowerOfHullsStands) {
 }
 
 TEST_P(MovingShapes, ManyPointsOnABumpyMeshCarryTheirWeight) {
+  Proves({Claim::kTriangleMesh, Claim::kHeightfield});
   // Ribs of two slopes each, on which a ball lies between every two: eight normals under one body of balls.
   const auto ribs = [](double x, double y) { return 0.3 * std::abs(std::sin(x)) + 0.2 * std::abs(std::cos(y)); };
   for (const Shape& ground : {Shape{GroundMesh(6, 48, ribs)}, Shape{Ground(49, 0.25, ribs)}}) {
@@ -131,6 +137,7 @@ TEST_P(MovingShapes, ManyPointsOnABumpyMeshCarryTheirWeight) {
 }
 
 TEST_P(MovingShapes, AKinematicMeshCarriesWhatLiesOnIt) {
+  Proves({Claim::kTriangleMesh, Claim::kKinematicPush});
   const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -kGravity}, .ground_plane = false});
   EntityDesc lift = Body(BoxMesh({1, 1, 0.2}), {0, 0, 0});
   lift.rigid_body->motion_type = MotionType::kKinematic;
@@ -142,7 +149,9 @@ TEST_P(MovingShapes, AKinematicMeshCarriesWhatLiesOnIt) {
 }
 
 TEST_P(MovingShapes, MeshesAndHeightfieldsDoNotMoveByForces) {
-  const auto world = MakeWorld();
+  Proves({Claim::kTriangleMesh, Claim::kHeightfield});
+  const auto world = testing::MakeWorld(
+      {.engine = GetParam(), .required_features = {Feature::kShapeTriangleMesh, Feature::kShapeHeightfield}});
   for (const auto& [shape, name] : {std::pair{Shape{GroundMesh(1, 1)}, "dynamic_triangle_mesh"},
                                     std::pair{Shape{Ground(2, 1)}, "dynamic_heightfield"}}) {
     for (const MotionType motion : {MotionType::kDynamic, MotionType::kKinematic, MotionType::kStatic}) {
@@ -161,6 +170,7 @@ TEST_P(MovingShapes, MeshesAndHeightfieldsDoNotMoveByForces) {
 }
 
 TEST_P(MovingShapes, AMeshThatIsThereIsNotMadeDynamic) {
+  Proves({Claim::kTriangleMesh});
   const auto world = MakeWorld();
   EntityDesc desc = Body(GroundMesh(1, 1), {0, 0, 5});
   desc.rigid_body->motion_type = MotionType::kStatic;
@@ -176,6 +186,7 @@ TEST_P(MovingShapes, AMeshThatIsThereIsNotMadeDynamic) {
 }
 
 TEST_P(MovingShapes, AreSeenByRaysWhereTheyAre) {
+  Proves({Claim::kRayCasts});
   const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false});
   const Vector3 half(0.3, 0.4, 0.5);
   std::vector<std::pair<EntityId, double>> seen;  // and how high they reach
@@ -201,6 +212,7 @@ TEST_P(MovingShapes, AreSeenByRaysWhereTheyAre) {
 }
 
 TEST_P(MovingShapes, GoOnAfterAChangeOfEngine) {
+  Proves({Claim::kEngineChange});
   const auto world = WorldOn(GetParam(), GroundMesh(6, 9), 0.5, {0, 0, -kGravity});
   std::vector<EntityId> ids;
   const std::vector<Shape> shapes{HullBox({0.3, 0.3, 0.3}), Cone{0.3, 0.3}, Ellipsoid{{0.4, 0.4, 0.3}}};
@@ -218,6 +230,7 @@ TEST_P(MovingShapes, GoOnAfterAChangeOfEngine) {
 }
 
 TEST_P(MovingShapes, TheStateHashTellsHullsApart) {
+  Proves({Claim::kConvexHull});
   const auto hash = [&](const Shape& shape, MotionType motion = MotionType::kStatic) {
     const auto world = MakeWorld();
     EntityDesc desc = Body(shape, {0, 0, 3});

@@ -47,6 +47,7 @@ EntityDesc At(const Shape& shape, const Vector3& position, const Quaternion& ori
 }
 
 TEST_P(RestingShapes, HullCubeAndBoxCubeLieAtOneHeight) {
+  Proves({Claim::kBox, Claim::kConvexHull, Claim::kTriangleMesh, Claim::kHeightfield, Claim::kPlane});
   for (const double scale : {0.1, 1.0, 10.0}) {
     for (const Floor& floor : Floors(scale)) {
       for (const Quaternion& turn : {Quaternion(Quaternion::Identity()), kTurn}) {
@@ -69,6 +70,7 @@ TEST_P(RestingShapes, HullCubeAndBoxCubeLieAtOneHeight) {
 }
 
 TEST_P(RestingShapes, ConesEllipsoidsAndTheRestLieWhereTheyTouch) {
+  Proves({Claim::kCone, Claim::kEllipsoid, Claim::kSphere, Claim::kCapsule, Claim::kCylinder});
   struct Lying {
     const char* name;
     Shape shape;
@@ -95,6 +97,40 @@ TEST_P(RestingShapes, ConesEllipsoidsAndTheRestLieWhereTheyTouch) {
     for (size_t i = 0; i < kinds.size(); ++i) {
       EXPECT_NEAR(PositionOf(*world, ids[i]).z(), kinds[i].height, 1e-3) << kinds[i].name << " on " << floor.name;
       EXPECT_LT(VelocityOf(*world, ids[i]).norm(), 0.02) << kinds[i].name << " on " << floor.name;
+    }
+  }
+}
+
+TEST_P(RestingShapes, EveryShapeThatDoesNotMoveHoldsABallOnItsTop) {
+  Proves({Claim::kStaticSolid});
+  struct Support {
+    Shape shape;
+    double top;  // of its origin, m
+  };
+  const std::vector<Support> supports{{Sphere{0.6}, 0.6},
+                                      {Plane{}, 0},
+                                      {Box{{0.3, 0.4, 0.5}}, 0.5},
+                                      {Capsule{0.3, 0.4}, 0.7},
+                                      {Cylinder{0.4, 0.5}, 0.5},
+                                      {Cone{0.5, 0.6}, 0.6},
+                                      {Ellipsoid{{0.4, 0.5, 0.6}}, 0.6},
+                                      {HullBox({0.4, 0.5, 0.3}), 0.3},
+                                      {BoxMesh({0.4, 0.5, 0.3}), 0.3},
+                                      {Ground(5, 0.5), 0}};
+  for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
+    for (const Support& support : supports) {
+      if (motion == MotionType::kKinematic && std::holds_alternative<Plane>(support.shape)) continue;
+      if (!EveryEngine().Find(GetParam())->capabilities().Has(FeatureOf(support.shape))) continue;
+      const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+      EntityDesc below = Body(support.shape, {0, 0, 2});
+      below.pose.orientation = kTurn;
+      below.rigid_body->motion_type = motion;
+      Add(*world, below);
+      // Exactly above what may be no more than a point: it balances for as long as this takes.
+      const EntityId ball = Add(*world, Body(Sphere{0.4}, {0, 0, 2 + support.top + 0.4}));
+      Steps(*world, 30);
+      EXPECT_NEAR(PositionOf(*world, ball).z(), 2 + support.top + 0.4, 1e-3) << "shape " << support.shape.index();
+      EXPECT_EQ(world->layer_state().touching.size(), 1u) << "shape " << support.shape.index();
     }
   }
 }

@@ -4,9 +4,10 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Sleeping);
+GENPHYS_ENGINE_TESTS(Sleeping, Claim::kSleeping);
 
 TEST_P(Sleeping, ARestingStackFallsAsleepAsOne) {
+  Proves({Claim::kSleepEvents});
   const auto world = MakeWorld();
   const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
   world->TakeEvents();
@@ -105,6 +106,7 @@ TEST_P(Sleeping, AForceOrALostSupportWakes) {
 }
 
 TEST_P(Sleeping, AMovingLiftWakesWhatItTouches) {
+  Proves({Claim::kKinematicPush});
   const auto world = MakeWorld();
   const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
   EntityDesc pusher = Crate({-3, 0, 0.6});

@@ -71,12 +71,15 @@ std::vector<Case> Cases() {
 // How near which solver of this engine comes.
 std::vector<std::pair<Solver, double>> SolversOf(const std::string& engine) {
   std::vector<std::pair<Solver, double>> solvers{{Solver::kIterative, kIterative}};
-  if (Engines().Find(engine)->capabilities().Has(Feature::kSolverDirect)) solvers.push_back({Solver::kDirect, kDirect});
+  if (EveryEngine().Find(engine)->capabilities().Has(Feature::kSolverDirect))
+    solvers.push_back({Solver::kDirect, kDirect});
   return solvers;
 }
 
 TEST_P(Weight, OfACompoundOfTenIsWhatItsContactsPush) {
+  Proves({Claim::kContactImpulses, Claim::kCompound, Claim::kSolverIterative});
   for (const auto& [solver, error] : SolversOf(GetParam())) {
+    if (solver == Solver::kDirect) Proves({Claim::kSolverDirect});
     for (const Case& c : Cases()) {
       const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, solver));
       Add(*world, TenGeometries(c.mass, c.heading));
@@ -87,6 +90,7 @@ TEST_P(Weight, OfACompoundOfTenIsWhatItsContactsPush) {
 }
 
 TEST_P(Weight, OfAPileOfTenIsWhatTheFloorPushes) {
+  Proves({Claim::kContactImpulses, Claim::kSolverIterative});
   const std::vector<Case> cases = Cases();
   for (const auto& [solver, error] : SolversOf(GetParam())) {
     // A solve of all of a pile at once is slow enough for fewer cases to do.
@@ -107,6 +111,7 @@ TEST_P(Weight, OfAPileOfTenIsWhatTheFloorPushes) {
 }
 
 TEST_P(Weight, OfASleeperIsStillTold) {
+  Proves({Claim::kContactsOf, Claim::kContactImpulses});
   for (const Case& c : Cases()) {
     const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, Solver::kAutomatic));
     const EntityId low = Add(*world, Crate({0, 0, 0.5}, 0.5, c.mass));
@@ -138,6 +143,7 @@ TEST_P(Weight, OfASleeperIsStillTold) {
 }
 
 TEST_P(Weight, OfAChainIsWhatItsJointsHold) {
+  Proves({Claim::kJointBall});
   // Solved all at once; links of whatever mass, in whatever order.
   for (const Case& c : Cases()) {
     const auto world = MakeSpace(GetParam(), {}, {0, 0, -c.gravity});

@@ -40,7 +40,7 @@ double GapOf(const World& world, JointId id) {
 
 double SubstepOf(const World& world) {
   const StepperDesc& stepper = world.scene().world.stepper;
-  return stepper.step_size / Engines().Find(world.scene().world.engine)->Resolve(stepper).substeps;
+  return stepper.step_size / EveryEngine().Find(world.scene().world.engine)->Resolve(stepper).substeps;
 }
 
 }  // namespace genphys::testing

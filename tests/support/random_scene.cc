@@ -40,7 +40,7 @@ class Builder {
  private:
   bool Can(Feature feature) const {
     return std::all_of(engines_.begin(), engines_.end(),
-                       [&](const std::string& name) { return Engines().Find(name)->capabilities().Has(feature); });
+                       [&](const std::string& name) { return EveryEngine().Find(name)->capabilities().Has(feature); });
   }
 
   void MakeEmptyWorld() {

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_split.h"
+#include "genphys/backends/spheres.h"
 #include "genphys/builtin_backends.h"
 
 namespace genphys::testing {
@@ -11,13 +16,77 @@ const BackendRegistry& Engines() {
   return registry;
 }
 
-std::vector<std::string> EnginesWithContacts() {
+const BackendRegistry& EveryEngine() {
+  static const BackendRegistry registry = [] {
+    BackendRegistry engines = BuiltinBackends();
+    engines.Add(MakeSpheresBackend());
+    return engines;
+  }();
+  return registry;
+}
+
+namespace {
+
+std::vector<std::string> NamesOf(const BackendRegistry& registry) {
   std::vector<std::string> names;
-  for (const auto& backend : Engines().backends()) {
-    if (backend->capabilities().Has(Feature::kContacts)) names.push_back(backend->capabilities().engine());
+  for (const auto& backend : registry.backends()) names.push_back(backend->capabilities().engine());
+  return names;
+}
+
+thread_local bool ending_at_refusals = false;
+thread_local std::string refused;
+
+// The features that `message` names, if it is what the core says of an engine that has none of them.
+std::string MissingFeaturesIn(const std::string& message) {
+  std::string names;
+  for (const auto& backend : EveryEngine().backends()) {
+    const std::string opening = "engine \"" + backend->capabilities().engine() + "\" does not support ";
+    const size_t place = message.find(opening);
+    if (place == std::string::npos) continue;
+    const std::vector<std::string> missing = absl::StrSplit(message.substr(place + opening.size()), ", ");
+    for (const std::string& name : missing) {
+      bool is_missing = false;
+      for (size_t i = 0; i < static_cast<size_t>(Feature::kCount); ++i) {
+        const auto feature = static_cast<Feature>(i);
+        is_missing |= NameOf(feature) == name && !backend->capabilities().Has(feature);
+      }
+      if (!is_missing) return "";
+      names += name + ' ';
+    }
   }
   return names;
 }
+
+}  // namespace
+
+std::vector<std::string> EnginesWithContacts() { return ThoseWith({Feature::kContacts}, NamesOf(Engines())); }
+
+std::vector<std::string> EveryEngineWithContacts() { return ThoseWith({Feature::kContacts}, NamesOf(EveryEngine())); }
+
+std::vector<std::string> ThoseWith(std::initializer_list<Feature> features, const std::vector<std::string>& engines) {
+  std::vector<std::string> able;
+  for (const std::string& name : engines) {
+    const Capabilities& capabilities = EveryEngine().Find(name)->capabilities();
+    const auto has = [&](Feature feature) { return capabilities.Has(feature); };
+    if (std::all_of(features.begin(), features.end(), has)) able.push_back(name);
+  }
+  return able;
+}
+
+void SetEndingAtRefusals(bool on) { ending_at_refusals = on; }
+
+void EndAtRefusal(const Status& status) {
+  const std::optional<Refusal> refusal = RefusalOf(status);
+  if (!ending_at_refusals || !refusal || refusal->reason != Reason::kUnsupportedFeature) return;
+  const std::string names = MissingFeaturesIn(MessageOf(status));
+  if (names.empty()) return;
+  refused += names;
+  // GoogleTest's own way to leave a test from below it, which tells nothing to anybody.
+  throw ::testing::AssertionException(
+      ::testing::TestPartResult(::testing::TestPartResult::kSuccess, __FILE__, __LINE__, "refused by name"));
+}
+
+std::string TakeRefused() { return std::exchange(refused, {}); }
 
 std::string OtherEngine(const std::string& engine) {
   for (const std::string& name : EnginesWithContacts()) {
@@ -27,7 +96,8 @@ std::string OtherEngine(const std::string& engine) {
 }
 
 std::unique_ptr<World> MakeWorld(const WorldDesc& desc) {
-  Result<std::unique_ptr<World>> world = World::Create(Engines(), desc);
+  Result<std::unique_ptr<World>> world = World::Create(EveryEngine(), desc);
+  EndAtRefusal(world.status());
   EXPECT_TRUE(world.ok()) << world.status();
   return world.ok() ? std::move(*world) : nullptr;
 }
@@ -57,6 +127,7 @@ EntityDesc Block(const Vector3& position, const Vector3& half_extents) {
 
 CreatedId Do(World& world, const Command& command) {
   const Result<std::vector<CreatedId>> created = world.Apply({&command, 1});
+  EndAtRefusal(created.status());
   EXPECT_TRUE(created.ok()) << created.status();
   return created.ok() ? created->front() : CreatedId();
 }

@@ -7,14 +7,33 @@
 
 namespace genphys::testing {
 
-/// All engines of this build, shared by every test of the program.
+/// The engines that the server of this build offers, shared by every test of the program.
 const BackendRegistry& Engines();
 
-/// Short names of the engines that know contacts: what conformance tests run on.
+/// These, and those that are built for tests alone.
+const BackendRegistry& EveryEngine();
+
+/// Short names of the server's engines that know contacts.
 std::vector<std::string> EnginesWithContacts();
 
-/// Another of these than `engine`, or that one if there is no other.
+/// Short names of all that know contacts: what conformance tests run on.
+std::vector<std::string> EveryEngineWithContacts();
+
+/// Those of `engines` that have all of `features`.
+std::vector<std::string> ThoseWith(std::initializer_list<Feature> features, const std::vector<std::string>& engines);
+
+/// One of the server's engines that is not `engine`, if there is one.
 std::string OtherEngine(const std::string& engine);
+
+/// While this is on, a refusal that names features that the engine lacks ends the test that led to it. It is on in
+/// conformance tests alone, and on their own thread.
+void SetEndingAtRefusals(bool on);
+
+/// Ends the test if `status` is such a refusal, which is on record then. Goes on if it is anything else.
+void EndAtRefusal(const Status& status);
+
+/// Names of the features that were refused since the last call.
+std::string TakeRefused();
 
 /// A world on `engine` with earth's gravity 9.81 m/s^2 and a floor, or a failure of the test.
 std::unique_ptr<World> MakeWorld(const std::string& engine);
