@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "dice.h"
+#include "contenders/dice.h"
 #include "problem.h"
 
 namespace genphys::bench {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <string>
 
-#include "dice.h"
+#include "contenders/dice.h"
 #include "problem.h"
 
 namespace genphys::bench {
@@ -48,7 +48,8 @@ Problem RestingPile() {
           .scene = Pile(10, 10, 1.1, 0),
           .duration = 1,
           .rates = {kRate},
-          .settle = 4};
+          .settle = 4,
+          .is_large = true};
 }
 
 Problem FallingPile() {
@@ -56,7 +57,8 @@ Problem FallingPile() {
           .title = "216 boxes that fall on each other, e = 0.3",
           .scene = Pile(6, 6, 1.3, 0.3),
           .duration = 3,
-          .rates = {kRate}};
+          .rates = {kRate},
+          .is_large = true};
 }
 
 Problem Joints() {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <memory>
 
-#include "clock.h"
+#include "contenders/clock.h"
 
 namespace genphys::bench {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "contender.h"
+#include "contenders/contender.h"
 #include "problem.h"
 
 namespace genphys::bench {

@@ -4,16 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "run.h"
-#include "scene.h"
+#include "contenders/quantity.h"
+#include "contenders/run.h"
+#include "contenders/scene.h"
 
 namespace genphys::bench {
-
-/// Something that a run came to.
-struct Quantity {
-  std::string name;
-  double value = 0;
-};
 
 /// Steps per second that problems are run with unless they say otherwise.
 inline const std::vector<int> kRates{30, 60, 120, 240, 480, 1000, 2000};
@@ -32,7 +27,8 @@ struct Problem {
   bool first_order = true;  // whether smaller steps can help at all
   StepPlan plan = StepPlan::kEven;
   std::vector<int> rates = kRates;
-  double settle = 0;  // s that the scene takes to become what its cost is measured of
+  double settle = 0;      // s that the scene takes to become what its cost is measured of
+  bool is_large = false;  // so that solving directly takes hours
 };
 
 /// All of them, in the order of the report.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <map>
 #include <sstream>
 #include <utility>
 
@@ -12,37 +13,44 @@ namespace {
 
 std::string Number(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
+  std::snprintf(text.data(), text.size(), "%.5g", value);
   return text.data();
 }
 
-void Write(std::ostream& out, const Problem& problem) {
-  out << "    {\"id\": " << Quoted(problem.id) << ", \"title\": " << Quoted(problem.title)
-      << ", \"error\": " << Quoted(problem.error) << ", \"first_order\": " << (problem.first_order ? "true" : "false")
-      << ", \"euler_error\": " << (problem.euler_error ? Number(*problem.euler_error) : "null") << "}";
-}
-
 void Write(std::ostream& out, const Result& result) {
-  out << "    {\"problem\": " << Quoted(result.problem) << ", \"contender\": " << Quoted(result.contender)
-      << ", \"rate\": " << result.rate << ", \"cpu\": " << (result.cpu > 0 ? Number(result.cpu) : "null");
+  out << "        " << Quoted(std::to_string(result.rate))
+      << ": {\"cpu\": " << (result.cpu > 0 ? Number(result.cpu) : "null");
   if (!result.failure.empty()) out << ", \"failure\": " << Quoted(result.failure);
-  out << ", \"quantities\": {";
-  const char* separator = "";
-  for (const Quantity& quantity : result.quantities) {
-    out << std::exchange(separator, ", ") << Quoted(quantity.name) << ": " << Number(quantity.value);
-  }
-  out << "}}";
+  for (const Quantity& quantity : result.quantities)
+    out << ", " << Quoted(quantity.name) << ": " << Number(quantity.value);
+  out << "}";
 }
 
-template <typename Items>
-void WriteList(std::ostream& out, const char* name, const Items& items) {
-  out << "  " << Quoted(name) << ": [\n";
-  const char* separator = "";
-  for (const auto& item : items) {
-    out << std::exchange(separator, ",\n");
-    Write(out, item);
+// By contender, then by steps per second.
+void WriteResults(std::ostream& out, const std::string& problem, const std::vector<Result>& results) {
+  std::map<std::string, std::vector<const Result*>> by_contender;
+  for (const Result& result : results) {
+    if (result.problem == problem) by_contender[result.contender].push_back(&result);
   }
-  out << "\n  ]";
+  const char* separator = "";
+  for (const auto& [contender, found] : by_contender) {
+    out << std::exchange(separator, ",\n") << "      " << Quoted(contender) << ": {\n";
+    const char* inner = "";
+    for (const Result* result : found) {
+      out << std::exchange(inner, ",\n");
+      Write(out, *result);
+    }
+    out << "\n      }";
+  }
+}
+
+void Write(std::ostream& out, const Problem& problem, const std::vector<Result>& results) {
+  out << "    {\"id\": " << Quoted(problem.id) << ", \"title\": " << Quoted(problem.title)
+      << ",\n     \"error\": " << Quoted(problem.error)
+      << ", \"first_order\": " << (problem.first_order ? "true" : "false")
+      << ", \"euler_error\": " << (problem.euler_error ? Number(*problem.euler_error) : "null") << ", \"results\": {\n";
+  WriteResults(out, problem.id, results);
+  out << "\n    }}";
 }
 
 }  // namespace
@@ -54,10 +62,13 @@ std::string ToJson(const Results& results, const std::vector<Problem>& problems,
   out << "  \"versions\": {\n    ";
   WriteEngines(out, registry);
   out << "\n  },\n  \"calibration\": " << Number(results.calibration) << ",\n";
-  WriteList(out, "problems", problems);
-  out << ",\n";
-  WriteList(out, "results", results.results);
-  out << "\n}\n";
+  out << "  \"problems\": [\n";
+  const char* separator = "";
+  for (const Problem& problem : problems) {
+    out << std::exchange(separator, ",\n");
+    Write(out, problem, results.results);
+  }
+  out << "\n  ]\n}\n";
   return out.str();
 }
 

@@ -74,6 +74,7 @@ class RawBullet final : public Simulation {
   explicit RawBullet(const Scene& scene)
       : friction_(scene.friction),
         restitution_(scene.restitution),
+        may_sleep_(scene.may_sleep),
         dispatcher_(&configuration_),
         world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
     SetGravity(scene.gravity);
@@ -113,6 +114,11 @@ class RawBullet final : public Simulation {
     pushed_.push_back({body, force, torque});
   }
 
+  void Kick(size_t body, const Vector3& impulse) override {
+    bodies_.at(body)->activate();
+    bodies_[body]->applyCentralImpulse(ToBullet(impulse));
+  }
+
   void SetGravity(const Vector3& gravity) override {
     world_.setGravity(ToBullet(gravity));
     for (const auto& body : bodies_) {
@@ -140,7 +146,7 @@ class RawBullet final : public Simulation {
     info.m_restitution = std::sqrt(restitution_);
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     shapes_.push_back(std::move(shape));
-    bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+    if (!may_sleep_) bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     world_.addRigidBody(bodies_.back().get());
     return *bodies_.back();
   }
@@ -182,6 +188,7 @@ class RawBullet final : public Simulation {
 
   double friction_;
   double restitution_;
+  bool may_sleep_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;

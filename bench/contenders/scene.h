@@ -17,6 +17,7 @@ struct Scene {
   bool has_ground = false;           // an infinite plane at z = 0
   double friction = 0;               // of everything
   double restitution = 0;            // of everything
+  bool may_sleep = false;            // who rests may be left out of the steps, as each contender does it by default
   std::vector<EntityDesc> bodies;
   std::vector<JointDesc> joints;  // have both frames and name bodies by their places in `bodies`
 

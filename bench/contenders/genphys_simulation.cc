@@ -20,7 +20,7 @@ T Expect(Result<T> result) {
 WorldDesc Describe(const std::string& engine, const StepperDesc& stepper, const Scene& scene) {
   WorldDesc desc{.engine = engine, .gravity = scene.gravity, .stepper = stepper};
   desc.default_material = {.friction = scene.friction, .restitution = scene.restitution};
-  desc.default_auto_disable.enabled = false;
+  desc.default_auto_disable.enabled = scene.may_sleep;
   desc.ground_plane = scene.has_ground;
   desc.recorded_events = {.contacts = false,
                           .contact_points = false,
@@ -59,6 +59,10 @@ class GenphysSimulation final : public Simulation {
   void Hold(size_t body, const Vector3& force, const Vector3& torque) override {
     Apply(ApplyForce{
         .id = bodies_.at(body), .force = force, .torque = torque, .steps = Limits::kForceStepsMax, .replace = true});
+  }
+
+  void Kick(size_t body, const Vector3& impulse) override {
+    Apply(ApplyImpulse{.id = bodies_.at(body), .linear = impulse});
   }
 
   void SetGravity(const Vector3& gravity) override { Apply(genphys::SetGravity{gravity}); }

@@ -84,6 +84,7 @@ class RawOde final : public Simulation {
     space_ = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
     contacts_ = dJointGroupCreate(0);
     SetGravity(scene.gravity);
+    dWorldSetAutoDisableFlag(world_, scene.may_sleep ? 1 : 0);
     if (scene.has_ground) dCreatePlane(space_, 0, 0, 1, 0);
     for (const EntityDesc& body : scene.bodies) Add(body);
     for (const JointDesc& joint : scene.joints) Join(joint);
@@ -120,6 +121,15 @@ class RawOde final : public Simulation {
   void Hold(size_t body, const Vector3& force, const Vector3& torque) override {
     std::erase_if(pushed_, [&](const Pushed& pushed) { return pushed.body == body; });
     pushed_.push_back({body, force, torque});
+  }
+
+  void Kick(size_t body, const Vector3& impulse) override {
+    const dBodyID b = bodies_.at(body);
+    dMass mass;
+    dBodyGetMass(b, &mass);
+    const Vector3 v = Vector3(dBodyGetLinearVel(b)) + impulse / mass.mass;
+    dBodyEnable(b);
+    dBodySetLinearVel(b, v.x(), v.y(), v.z());
   }
 
   void SetGravity(const Vector3& gravity) override { dWorldSetGravity(world_, gravity.x(), gravity.y(), gravity.z()); }

@@ -53,7 +53,9 @@ class Lab {
   Lab(const Contender& contender, double step_size, StepPlan plan)
       : contender_(contender), step_size_(step_size), plan_(plan) {}
 
-  Run Start(const Scene& scene) const { return {contender_.start(scene), scene, step_size_, plan_}; }
+  Run Start(const Scene& scene) const { return Start(scene, step_size_); }
+  /// For scenes that say their step size.
+  Run Start(const Scene& scene, double step_size) const { return {contender_.start(scene), scene, step_size, plan_}; }
   double step_size() const { return step_size_; }
 
  private:

@@ -9,7 +9,7 @@
 
 namespace genphys::bench {
 
-/// `scene` in a world of our model, nobody asleep and no events recorded. `registry` must outlive it.
+/// `scene` in a world of our model, no events recorded. `registry` must outlive it.
 std::unique_ptr<Simulation> SimulateInGenphys(const BackendRegistry& registry, const std::string& engine,
                                               const StepperDesc& stepper, const Scene& scene);
 

@@ -27,6 +27,8 @@ class Simulation {
 
   /// From now on `force` (N) and `torque` (N*m), in world coordinates, act on the centre of mass of `body`.
   virtual void Hold(size_t body, const Vector3& force, const Vector3& torque) = 0;
+  /// Changes the momentum of `body`, through its centre of mass, by `impulse` (N*s).
+  virtual void Kick(size_t body, const Vector3& impulse) = 0;
   virtual void SetGravity(const Vector3& gravity) = 0;
   virtual void Remove(size_t body) = 0;
   virtual void Release(size_t joint) = 0;

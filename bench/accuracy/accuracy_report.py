@@ -1,0 +1,280 @@
+#!/usr/bin/python3
+"""Tells what the benchmark of accuracy found out: a page and its pictures.
+
+Usage: accuracy_report.py <folder with accuracy.json> [--record]
+       accuracy_report.py --check
+
+Page and pictures go beside accuracy.json. With --record all become those of the tree. With --check nothing is written:
+it says whether the page of the tree is what the recorded results say.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import pathlib
+import re
+import sys
+from typing import Any
+
+from accuracy_plot import picture
+
+TREE = pathlib.Path(__file__).resolve().parents[2]
+RESULTS = TREE / "bench" / "results" / "accuracy.json"
+PAGE = TREE / "docs" / "accuracy.md"
+
+FLOOR = 1e-12
+"""Errors below it are equal: they are rounding."""
+NOISE = 1.1
+"""By what factor two measurements of the same cost differ on a busy machine."""
+
+FAMILIES = {
+    "A": ("Free bodies", "Nothing touches them."),
+    "B": ("Joints", "Rods, tops and chains on hinges and balls."),
+    "C1": ("Sticking and slipping", "A block on a slope near the angle that friction holds."),
+    "C2": ("Sliding", "A block slides to a stop, in any direction."),
+    "C3": ("Rolling", "A ball that slides until it rolls; ball and cylinder on a slope."),
+    "C5": ("Bouncing", "Bodies fall 1 m; the truth is that every peak is e² times the one before."),
+    "C6": ("Collisions", "Momentum and restitution decide all of it; smaller steps cannot help an engine that has another law."),
+    "D": ("Changes", "What holds a body goes away at a known moment."),
+}
+_FAMILY_OF = {"C19": "C3", "C7": "C6", "S4": "C6", "S13": "C6"}
+
+REASONS: dict[str, str] = {}
+"""Why our model is not ahead at equal cost, by problem."""
+
+RATES = ("60", "240", "1000")
+COLUMNS = {
+    "genphys-ode-balanced": "genphys, ODE",
+    "genphys-bullet-balanced": "genphys, Bullet",
+    "raw-ode-step": "ODE, direct",
+    "raw-ode-quick": "ODE, quick",
+    "raw-bullet": "Bullet",
+}
+RAW_OF = {"ode": ("raw-ode-step", "raw-ode-quick"), "bullet": ("raw-bullet",)}
+
+Points = list[tuple[float, float]]
+
+
+def family_of(problem: str) -> str:
+    head = re.match(r"[A-Z]\d*", problem).group()
+    head = _FAMILY_OF.get(head, head)
+    return head if head in FAMILIES else head[0]
+
+
+def number(value: float | None) -> str:
+    if value is None:
+        return "failed"
+    if value == 0:
+        return "0"
+    if value < FLOOR:
+        return "< 1e-12"
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return f"{value:.2g}" if -3 <= int(exponent) <= 3 else f"{mantissa}e{int(exponent)}"
+
+
+def points(problem: dict[str, Any], contender: str) -> Points:
+    """Cost per simulated second and error, cheapest first."""
+    cells = problem["results"].get(contender, {}).values()
+    return sorted((cell["cpu"], cell["error"]) for cell in cells if cell.get("cpu") and "error" in cell)
+
+
+def order(problem: dict[str, Any], contender: str) -> float | None:
+    """Of convergence: by least squares over the finest steps whose errors are not rounding, at least three."""
+    cells = problem["results"].get(contender, {})
+    known = [(math.log(int(rate)), math.log(cell["error"])) for rate, cell in cells.items() if cell.get("error", 0) > FLOOR]
+    known = sorted(known)[-4:]
+    if len(known) < 3:
+        return None
+    mean_x, mean_y = (sum(column) / len(known) for column in zip(*known))
+    spread = sum((x - mean_x) ** 2 for x, _ in known)
+    return -sum((x - mean_x) * (y - mean_y) for x, y in known) / spread
+
+
+def error_at(ours: Points, cost: float) -> float | None:
+    """The least error that our points reach at that cost, between them along straight lines of logarithms."""
+    affordable = [error for cpu, error in ours if cpu <= cost * NOISE]
+    if not affordable:
+        return None
+    best = min(affordable)
+    for (cpu_a, error_a), (cpu_b, error_b) in zip(ours, ours[1:]):
+        if cpu_a <= cost < cpu_b and error_a > 0 and error_b > 0:
+            part = math.log(cost / cpu_a) / math.log(cpu_b / cpu_a)
+            best = min(best, math.exp(math.log(error_a) + part * math.log(error_b / error_a)))
+    return best
+
+
+def behind(problem: dict[str, Any], engine: str) -> list[tuple[str, float, float, float]]:
+    """Where an engine alone is more accurate at a cost at which we have an answer too: whose point, its cost, its error
+    and ours."""
+    ours = [points(problem, f"genphys-{engine}-{preset}") for preset in ("fast", "balanced", "accurate")]
+    found = []
+    for raw in RAW_OF[engine]:
+        for cost, error in points(problem, raw):
+            reached = [e for e in (error_at(line, cost) for line in ours if line) if e is not None]
+            if reached and min(reached) > max(error, FLOOR) * 1.01:
+                found.append((raw, cost, error, min(reached)))
+    return found
+
+
+def table(rows: list[list[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in [rows[0], ["---"] * len(rows[0]), *rows[1:]])
+
+
+def errors_table(problems: list[dict[str, Any]], rate: str) -> str:
+    rows = [["problem", f"error at 1/{rate} s, divided by", *COLUMNS.values(), "Euler predicts"]]
+    for problem in problems:
+        cells = [problem["results"].get(contender, {}).get(rate) for contender in COLUMNS]
+        if not any(cells):
+            continue
+        euler = problem["euler_error"]
+        rows.append([f"{problem['id']}: {problem['title']}", problem["error"],
+                     *["–" if cell is None else number(cell.get("error")) for cell in cells],
+                     "–" if euler is None else number(euler / int(rate))])
+    return table(rows) if len(rows) > 1 else ""
+
+
+def orders_table(problems: list[dict[str, Any]]) -> str:
+    rows = [["problem", *COLUMNS.values()]]
+    for problem in problems:
+        if not problem["first_order"]:
+            continue
+        orders = [order(problem, contender) for contender in COLUMNS]
+        if any(each is not None for each in orders):
+            rows.append([problem["id"], *["exact" if each is None else f"{each:.1f}" for each in orders]])
+    return table(rows) if len(rows) > 1 else ""
+
+
+def costs_table(problems: list[dict[str, Any]]) -> str:
+    contenders = [f"genphys-{engine}-{preset}" for engine in RAW_OF for preset in ("fast", "balanced", "accurate")]
+    rows = [["ms per step of 1/60 s", *contenders, "raw-ode-quick", "raw-bullet"]]
+    for problem in problems:
+        cells = [problem["results"].get(contender, {}).get("60", {}).get("cpu") for contender in rows[0][1:]]
+        if not any(cells):
+            continue
+        row = [problem["title"]]
+        for contender, cpu in zip(rows[0][1:], cells):
+            alone = problem["results"].get("raw-bullet" if "bullet" in contender else "raw-ode-quick", {})
+            alone_cpu = alone.get("60", {}).get("cpu")
+            ratio = f" ({cpu / alone_cpu:.2f} ×)" if cpu and alone_cpu and contender.startswith("genphys") else ""
+            row.append(f"{1000 * cpu / 60:.3g}{ratio}" if cpu else "failed")
+        rows.append(row)
+    return table(rows) if len(rows) > 1 else ""
+
+
+def exceptions(problems: list[dict[str, Any]]) -> str:
+    rows = [["problem", "engine alone", "at steps that cost (µs per s)", "its error", "ours at that cost", "why"]]
+    for problem in problems:
+        for engine in RAW_OF:
+            found = behind(problem, engine)
+            for raw in dict.fromkeys(each[0] for each in found):
+                mine = [each for each in found if each[0] == raw]
+                worst = max(mine, key=lambda each: each[3] / max(each[2], FLOOR))
+                costs = f"{1e6 * mine[0][1]:.3g} to {1e6 * mine[-1][1]:.3g}" if len(mine) > 1 else f"{1e6 * mine[0][1]:.3g}"
+                rows.append([problem["id"], COLUMNS[raw], costs, number(worst[2]), number(worst[3]),
+                             REASONS.get(problem["id"], "not explained yet")])
+    if len(rows) == 1:
+        return "Nowhere: at every cost at which both have an answer, ours is at least as accurate."
+    return table(rows)
+
+
+def machine(data: dict[str, Any]) -> str:
+    about, versions = data["machine"], data["versions"]
+    kind = "virtual " if about["virtual"] else ""
+    engines = ", ".join(f"{name} {version}" for name, version in versions["engines"].items())
+    return (f"Measured on {data['date'][:10]} on {about['processors']} {kind}processors ({about['processor']}), "
+            f"{about['system']}, GCC {versions['compiler']}, engines {engines}. The fixed piece of arithmetic took "
+            f"{1000 * data['calibration']:.3g} ms.")
+
+
+def pictures(data: dict[str, Any]) -> dict[str, str]:
+    """By file name."""
+    drawn = {}
+    for family in FAMILIES:
+        problems = [each for each in data["problems"] if family_of(each["id"]) == family]
+        panels = [(each["id"], {name: points(each, name) for name in each["results"]}) for each in problems]
+        panels = [(name, lines) for name, lines in panels if any(len(line) > 1 for line in lines.values())]
+        if panels:
+            drawn[f"accuracy-{family.lower()}.svg"] = picture(panels)
+    return drawn
+
+
+def page(data: dict[str, Any]) -> str:
+    drawn = pictures(data)
+    parts = [INTRODUCTION.format(machine=machine(data)), "## Where an engine alone is ahead at equal cost", BEHIND,
+             exceptions([each for each in data["problems"] if family_of(each["id"]) in FAMILIES])]
+    for family, (title, about) in FAMILIES.items():
+        problems = [each for each in data["problems"] if family_of(each["id"]) == family]
+        if not any(problem["results"] for problem in problems):
+            continue
+        parts += [f"## {title}", about, *[text for text in (errors_table(problems, rate) for rate in RATES[:2]) if text]]
+        if orders := orders_table(problems):
+            parts += ["Order of convergence, where smaller steps help:", orders]
+        if f"accuracy-{family.lower()}.svg" in drawn:
+            parts.append(f"![Error against cost: {title}](accuracy-{family.lower()}.svg)")
+    if costs := costs_table([each for each in data["problems"] if each["id"].startswith("T.")]):
+        parts += ["## Cost of large scenes", "In parentheses: over the engine alone.", costs]
+    return "\n\n".join(parts) + "\n"
+
+
+INTRODUCTION = """# Accuracy
+
+Written by `bench/accuracy/accuracy_report.py` from `bench/results/accuracy.json`, which `script/bench accuracy --record`
+measures.
+
+Every problem here has an answer that comes from elsewhere: a closed form, or an integration in 133 bits
+(`bench/accuracy/references.py`). No engine's small step is the truth for another, for one that is wrong in a consistent
+way would be right by it. Errors are divided by the size of what happens. *Euler predicts* is what semi-implicit Euler
+must come to where it is known, half a step's change of velocity: an engine that shows it has that stepper and no other
+fault.
+
+* **genphys**: a world of our model, in this process, with the `balanced` preset and the automatic solver unless a column
+  says otherwise; nobody sleeps, no events are recorded.
+* **ODE, direct and quick**: ODE alone, `dWorldStep` and `dWorldQuickStep`, all parameters at their defaults, contacts
+  with the pyramid approximation of friction, a sweep-and-prune space.
+* **Bullet**: Bullet alone in double precision, all parameters at their defaults, nobody sleeps.
+
+Costs are processor time of the whole process per simulated second: the least of several turns, which all contenders
+take one after the other. {machine}"""
+
+BEHIND = """In each problem each point of an engine alone, with its cost and its error, is held against what our model on that
+engine reaches at that cost with any preset and step size, if it has an answer at that cost. Errors below 1e-12 count as
+equal. Where the engine alone is more accurate it is named, with the reason."""
+
+
+def write(data: dict[str, Any], path: pathlib.Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(page(data))
+    for name, text in pictures(data).items():
+        path.with_name(name).write_text(text)
+
+
+def check() -> int:
+    data = json.loads(RESULTS.read_text())
+    wanted = {PAGE: page(data)} | {PAGE.with_name(name): text for name, text in pictures(data).items()}
+    stale = [path for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
+    for path in stale:
+        print(f"{path.relative_to(TREE)} is not what bench/results/accuracy.json says: run script/bench accuracy --record")
+    return 1 if stale else 0
+
+
+def main(arguments: list[str]) -> int:
+    if arguments == ["--check"]:
+        return check()
+    if not arguments or arguments[1:] not in ([], ["--record"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    folder = pathlib.Path(arguments[0])
+    text = (folder / "accuracy.json").read_text()
+    data = json.loads(text)
+    write(data, folder / PAGE.name)
+    if arguments[1:]:
+        RESULTS.parent.mkdir(exist_ok=True)
+        RESULTS.write_text(text)
+        write(data, PAGE)
+    print(f"The report is {PAGE if arguments[1:] else folder / PAGE.name}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,206 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <numbers>
+#include <string>
+
+#include "contenders/clock.h"
+#include "contenders/dice.h"
+#include "trial.h"
+
+namespace genphys::bench {
+namespace {
+
+double Between(Dice& dice, double low, double high) { return low + (high - low) * (dice.Next() + 1) / 2; }
+
+double LogBetween(Dice& dice, double low, double high) {
+  return std::exp(Between(dice, std::log(low), std::log(high)));
+}
+
+Shape AnyShape(Dice& dice, double low, double high) {
+  const auto size = [&] { return LogBetween(dice, low, high); };
+  const double kind = dice.Next();
+  if (kind < -0.5) return Sphere{size()};
+  const double a = size(), b = size(), c = size();
+  if (kind < 0) return Box{{a, b, c}};
+  if (kind < 0.5) return Capsule{a, b};
+  return Cylinder{a, b};
+}
+
+Quaternion AnyTurn(Dice& dice) { return Turn(std::numbers::pi * dice.Next(), dice.NextVector().normalized()); }
+
+double ResidentMegabytes() {
+  std::ifstream file("/proc/self/statm");
+  double pages = 0, resident = 0;
+  file >> pages >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+// 200 bodies on a walled floor, fallen in from above.
+Scene Playpen(Dice& dice) {
+  constexpr size_t kBodies = 200;
+  constexpr double kHalf = 5;
+  Scene scene{.has_ground = true, .friction = 0.5, .restitution = 0.3, .may_sleep = true};
+  for (size_t i = 0; i < kBodies; ++i) {
+    const Vector3 place(0.8 * kHalf * dice.Next(), 0.8 * kHalf * dice.Next(), 1 + 0.1 * static_cast<double>(i));
+    scene.Add(AnyShape(dice, 0.1, 0.3), 1, {place, AnyTurn(dice)});
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const double side : {-1.0, 1.0}) scene.AddStatic(Plane{side * Vector3::Unit(axis), -kHalf});
+  }
+  return scene;
+}
+
+double Quantile(std::vector<double> values, double q) {
+  const auto place = static_cast<ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + place, values.end());
+  return values[static_cast<size_t>(place)];
+}
+
+// Somebody is kicked every second; who lies still may sleep.
+std::vector<Quantity> Soak(const Lab& lab, uint32_t seed, int64_t steps) {
+  constexpr int64_t kBetweenKicks = 60;
+  constexpr int64_t kFirst = 10'000;
+  constexpr size_t kKicked = 200;
+  Dice dice(seed);
+  const Scene scene = Playpen(dice);
+  Run run = lab.Start(scene);
+  const double start = run.Energy();
+  double injected = 0, excess = 0, first_p99 = 0, memory = 0;
+  std::vector<double> times;
+  for (int64_t step = 1; step <= steps; ++step) {
+    const double begin = ProcessorTime();
+    run.StepTo(static_cast<double>(step) * lab.step_size());
+    times.push_back(ProcessorTime() - begin);
+    if (step == kFirst) {
+      first_p99 = Quantile(times, 0.99);
+      memory = ResidentMegabytes();
+      times.clear();
+    }
+    if (step % kBetweenKicks != 0) continue;
+    const double before = run.Energy();
+    excess = std::max(excess, (before - start - injected) / start);
+    const auto who = static_cast<size_t>(Between(dice, 0, kKicked - 1e-6));
+    run.simulation().Kick(who, 5 * dice.NextVector() + Vector3(0, 0, 2));
+    injected += run.Energy() - before;
+  }
+  double lost = 0;
+  for (size_t i = 0; i < kKicked; ++i) {
+    const Vector3 place = run[i].position;
+    lost += place.allFinite() && place.z() > 0 && place.head<2>().cwiseAbs().maxCoeff() < 5 ? 0 : 1;
+  }
+  return {{"energy_excess", excess},
+          {"lost", lost},
+          {"memory_mb", std::max(ResidentMegabytes() - memory, 0.0)},
+          {"slowdown", Quantile(times, 0.99) / first_p99}};
+}
+
+Trial LongLife(const std::string& id, int64_t steps, bool is_long) {
+  Trial trial{.id = id,
+              .title = "200 bodies in a pen, one of them kicked every second, " + std::to_string(steps) + " steps",
+              .limits = {{"energy_excess", 0}, {"lost", 0}, {"memory_mb", 1}, {"slowdown", 2}},
+              .is_long = is_long};
+  trial.run = [steps](const Lab& lab, uint32_t seed) { return Soak(lab, seed, steps); };
+  return trial;
+}
+
+struct AnyWorld {
+  Scene scene;
+  double step_size = 0;
+  double speed_max = 0;  // that anybody may come to, m/s
+};
+
+// Bodies of any shape and mass, some inside each other, some joined, some pushed.
+AnyWorld MakeAnyWorld(uint32_t seed, double time) {
+  constexpr size_t kBodies = 12;
+  constexpr double kSpeed = 5;
+  constexpr double kPush = 20;  // m/s^2
+  Dice dice(seed);
+  AnyWorld world{.scene = {.has_ground = true}};
+  world.scene.friction = Between(dice, 0, 1);
+  world.scene.restitution = Between(dice, 0, 1);
+  for (size_t i = 0; i < kBodies; ++i) {
+    const Vector3 place = 1.2 * dice.NextVector() + Vector3(0, 0, 2);
+    const double mass = LogBetween(dice, 1e-3, 1e3);
+    world.scene.Add(AnyShape(dice, 0.05, 0.5), mass, {place, AnyTurn(dice)}, kSpeed / 2 * dice.NextVector(),
+                    3 * dice.NextVector());
+  }
+  for (size_t i = 1; i < kBodies; ++i) {
+    const double kind = dice.Next();
+    const Vector3 anchor = world.scene.bodies[i].pose.position;
+    if (kind > 0.6) world.scene.Join(BallJoint{}, i - 1, i, anchor);
+    if (kind > 0.3 && kind <= 0.6) world.scene.Join(HingeJoint{}, i - 1, i, anchor, dice.NextVector().normalized());
+  }
+  world.step_size = LogBetween(dice, 1e-4, 1.0 / 30);
+  world.speed_max = kSpeed + (kGravity + kPush) * time;
+  return world;
+}
+
+std::vector<Motion> Play(const Lab& lab, const AnyWorld& world, uint32_t seed, double* speed) {
+  constexpr int kSteps = 300;
+  Dice dice(seed + 1'000'000);
+  Run run = lab.Start(world.scene, world.step_size);
+  for (size_t i = 0; i < world.scene.bodies.size(); ++i) {
+    if (dice.Next() > 0) continue;
+    run.simulation().Hold(i, 10 * *world.scene.bodies[i].rigid_body->inertia.mass * dice.NextVector(), Vector3::Zero());
+  }
+  std::vector<Motion> motions(world.scene.bodies.size());
+  run.StepTo(kSteps * world.step_size, [&] {
+    for (size_t i = 0; i < motions.size(); ++i) {
+      motions[i] = run[i];
+      *speed = std::max(*speed, motions[i].velocity.norm());
+      if (!motions[i].position.allFinite() || !motions[i].velocity.allFinite()) *speed = std::nan("");
+    }
+  });
+  return motions;
+}
+
+bool IsSame(const std::vector<Motion>& a, const std::vector<Motion>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Motion& x, const Motion& y) {
+    return x.position == y.position && x.orientation.coeffs() == y.orientation.coeffs() && x.velocity == y.velocity &&
+           x.spin == y.spin;
+  });
+}
+
+Trial AnyWorlds(const std::string& id, uint32_t worlds, bool is_long) {
+  constexpr double kTime = 300.0 / 30;
+  Trial trial{.id = id,
+              .title = std::to_string(worlds) + " random worlds of 12 bodies, 300 steps, twice",
+              .limits = {{"replay_differs", 0}, {"speed", 1}},
+              .seeds = worlds,
+              .is_long = is_long};
+  trial.run = [](const Lab& lab, uint32_t seed) -> std::vector<Quantity> {
+    const AnyWorld world = MakeAnyWorld(seed, kTime);
+    double speed = 0;
+    const std::vector<Motion> first = Play(lab, world, seed, &speed);
+    const std::vector<Motion> second = Play(lab, world, seed, &speed);
+    return {{"replay_differs", IsSame(first, second) ? 0.0 : 1.0}, {"speed", speed / world.speed_max}};
+  };
+  return trial;
+}
+
+}  // namespace
+
+void AddSoaks(std::vector<Trial>& trials) {
+  trials.push_back(LongLife("S15", 20'000, false));
+  trials.push_back(LongLife("S15.long", 1'000'000, true));
+  trials.push_back(AnyWorlds("S16", 200, false));
+  trials.push_back(AnyWorlds("S16.long", 10'000, true));
+}
+
+std::vector<Trial> Trials() {
+  std::vector<Trial> trials;
+  AddStacks(trials);
+  AddLinks(trials);
+  AddHits(trials);
+  AddSpins(trials);
+  AddSoaks(trials);
+  // As their numbers say.
+  std::ranges::stable_sort(trials, {}, [](const Trial& trial) { return std::stoi(trial.id.substr(1)); });
+  return trials;
+}
+
+}  // namespace genphys::bench
