@@ -13,6 +13,8 @@ RADIUS = "| `radius` | double | 1e-5 to 1e5 | Metres. Unset: 0.5. |"
 @pytest.fixture(name="tree")
 def _tree(tmp_path):
     shutil.copytree(TOOLS.parent / "proto", tmp_path / "proto")
+    (tmp_path / "core/include/genphys").mkdir(parents=True)
+    shutil.copy(TOOLS.parent / "core/include/genphys/limits.h", tmp_path / "core/include/genphys")
     (tmp_path / "docs").mkdir()
     subprocess.run([TOOLS / "limits_table", "--write", tmp_path], check=True)
     return tmp_path
@@ -33,6 +35,14 @@ def check(tree: pathlib.Path) -> tuple[int, str]:
 def test_a_page_just_written_is_current(tree):
     assert RADIUS in (tree / "docs" / "limits.md").read_text()
     assert check(tree) == (0, "")
+
+
+def test_what_a_world_holds_is_read_where_the_model_reads_it(tree):
+    assert "1,000,000 entities" in (tree / "docs" / "limits.md").read_text()
+    edit(tree / "core/include/genphys/limits.h", "kEntitiesMax = 1'000'000", "kEntitiesMax = 2'000'000")
+    status, output = check(tree)
+    assert status == 1
+    assert "2,000,000 entities" in output
 
 
 def test_a_changed_limit_makes_the_page_stale(tree):

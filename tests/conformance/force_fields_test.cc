@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "engine_test.h"
+#include "genphys/limits.h"
 
 namespace genphys::testing {
 namespace {
@@ -303,6 +304,18 @@ TEST_P(ForceFields, StayWhenTheEngineChanges) {
   }
 
   EXPECT_NEAR(VelocityOf(*world, id).z(), 0.5 * static_cast<double>(EnginesWithContacts().size()), kRounding);
+}
+
+TEST_P(ForceFields, AreAtMostAsManyAsAWorldHolds) {
+  Proves({Claim::kUniformField});
+  const auto world = MakeWorld();
+  const std::vector<Command> all(Limits::kForceFieldsMax, CreateForceField{{.kind = UniformField{}}});
+  ASSERT_TRUE(world->Apply(all).ok());
+  const Command one_more = all[0];
+  EXPECT_EQ(RefusalOf(world->Apply({&one_more, 1}).status()).value_or(Refusal{}).reason, Reason::kLimitExceeded);
+  Do(*world, DeleteForceField{1});
+  Do(*world, one_more);
+  EXPECT_EQ(world->scene().force_fields.size(), Limits::kForceFieldsMax);
 }
 
 TEST_P(ForceFields, AreRefusedWithTheFieldThatIsWrong) {
