@@ -17,6 +17,10 @@ inline constexpr std::array<double, 2> kReleasedPendulum{-1.3923726207827714, -1
 inline constexpr std::array<double, 2> kDoublePendulum{0.11322485725099934, -1.4563756857448187};
 /// B4 at 2 s, the centre, m.
 inline constexpr std::array<double, 3> kHeavyTop{0.215018039371889, -0.14675319030493164, 0.14909977826943038};
+/// B4.steady, rad/s.
+inline constexpr double kPrecession = 3.5943510342807805;
+/// B5 at 1 s, m.
+inline constexpr double kSliderCrank = 0.31424841036068596;
 /// C1: a hundredth below what friction 0.5 holds, rad.
 inline constexpr double kStickAngle = 0.45963961443038215;
 /// C1: a hundredth above, rad.

@@ -151,6 +151,32 @@ def heavy_top() -> State:
     return turned(integrate(rigid_slope(moments, torque), start, mpf(2), 150)[:4], [mpf(0), mpf(0), length])
 
 
+def steady_precession() -> mpf:
+    """The slower rate at which that top turns about the vertical without nodding, rad/s, with 50 rad/s about its axis."""
+    across = (3 * mpf("0.2") ** 2 + mpf("0.1") ** 2) / 12 + mpf("0.3") ** 2
+    lean, spin, torque = across * mp.cos(mp.pi / 3), mpf("0.02") * 50, G * mpf("0.3")
+    return (spin - mp.sqrt(spin**2 - 4 * lean * torque)) / (2 * lean)
+
+
+def slider_crank() -> mpf:
+    """Where the slider of 1 kg is at 1 s, driven by a crank of 0.1 m and a rod of 0.3 m, thin and of 1 kg each, without
+    gravity, from 60 degrees and 20 rad/s: the energy says how fast the crank turns at each angle."""
+    crank, rod = mpf("0.1"), mpf("0.3")
+
+    def at(angle: mpf) -> tuple[mpf, mpf]:
+        """Place of the slider, and the kinetic energy over half the square of the crank's speed."""
+        lean = mp.asin(crank * mp.sin(angle) / rod)
+        lean_rate = crank * mp.cos(angle) / (rod * mp.cos(lean))
+        place = crank * mp.cos(angle) + rod * mp.cos(lean)
+        slide = -crank * mp.sin(angle) - rod * mp.sin(lean) * lean_rate
+        along, across = -crank * mp.sin(angle) - rod / 2 * mp.sin(lean) * lean_rate, crank * mp.cos(angle) / 2
+        return place, crank**2 / 3 + along**2 + across**2 + rod**2 / 12 * lean_rate**2 + slide**2
+
+    start = at(mp.pi / 3)[1]
+    end = integrate(lambda state: [20 * mp.sqrt(start / at(state[0])[1])], [mp.pi / 3], mpf(1), 300)[0]
+    return at(end)[0]
+
+
 def slip_acceleration() -> mpf:
     """Of a block on a slope that is steeper than its friction of 0.5 holds, by a hundredth."""
     angle = mp.atan(mpf("0.505"))
@@ -209,6 +235,8 @@ def references() -> list[tuple[str, str, mpf | State]]:
         ("kReleasedPendulum", "B1 set free at 0.5 s, at 1 s, x and z of the centre, m.", released_pendulum()),
         ("kDoublePendulum", "B3 at 2 s, x and z of the second centre, m.", double_pendulum()),
         ("kHeavyTop", "B4 at 2 s, the centre, m.", heavy_top()),
+        ("kPrecession", "B4.steady, rad/s.", steady_precession()),
+        ("kSliderCrank", "B5 at 1 s, m.", slider_crank()),
         ("kStickAngle", "C1: a hundredth below what friction 0.5 holds, rad.", mp.atan(mpf("0.495"))),
         ("kSlipAngle", "C1: a hundredth above, rad.", mp.atan(mpf("0.505"))),
         ("kSlipAcceleration", "C1 above, m/s^2.", slip_acceleration()),

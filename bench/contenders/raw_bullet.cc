@@ -171,6 +171,7 @@ class RawBullet final : public Simulation {
     const btTransform in_a = ToBullet(*desc.frame_in_a);
     const btTransform in_b = ToBullet(*desc.frame_in_b);
     std::unique_ptr<btTypedConstraint> joint;
+    if (!IsPlain(desc.kind)) throw std::logic_error("an engine alone has no springs, motors and limits here");
     if (std::holds_alternative<BallJoint>(desc.kind)) {
       joint = std::make_unique<btPoint2PointConstraint>(a, b, in_a.getOrigin(), in_b.getOrigin());
     } else if (std::holds_alternative<HingeJoint>(desc.kind)) {

@@ -202,6 +202,7 @@ class RawOde final : public Simulation {
     const Vector3& p = frame.position;
     const Vector3 axis = frame.orientation * Vector3::UnitZ();
     dJointID joint = nullptr;
+    if (!IsPlain(desc.kind)) throw std::logic_error("an engine alone has no springs, motors and limits here");
     if (std::holds_alternative<BallJoint>(desc.kind)) {
       joint = dJointCreateBall(world_, nullptr);
       dJointAttach(joint, a, b);

@@ -1,5 +1,6 @@
 #include "scene.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace genphys::bench {
@@ -45,6 +46,12 @@ size_t Scene::Join(const JointKind& kind, std::optional<size_t> a, size_t b, con
 std::optional<size_t> PlaceOf(const EntityRef& ref) {
   if (!ref.created_by_command) return std::nullopt;
   return size_t{*ref.created_by_command};
+}
+
+bool IsPlain(JointKind kind) {
+  if (const auto* ball = std::get_if<BallJoint>(&kind)) return *ball == BallJoint{};
+  const std::vector<JointAxis*> axes = AxesOf(kind);
+  return std::all_of(axes.begin(), axes.end(), [](const JointAxis* axis) { return *axis == JointAxis{}; });
 }
 
 MassProperties MassOf(const EntityDesc& body) {

@@ -36,6 +36,9 @@ struct Scene {
 /// Where `ref` is attached, in Scene::bodies; none: to the world.
 std::optional<size_t> PlaceOf(const EntityRef& ref);
 
+/// Whether a joint leaves the coordinates that it has alone: no limits, motor or spring.
+bool IsPlain(JointKind kind);
+
 /// Mass and tensor of a body of a scene. std::logic_error if its centre of mass is not the origin of its frame.
 MassProperties MassOf(const EntityDesc& body);
 
