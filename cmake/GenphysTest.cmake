@@ -44,7 +44,7 @@ function(genphys_add_test_program folder)
     set(name ${folder}.${shard})
     add_test(NAME ${name}
       COMMAND ${program} --gtest_brief=1 "--gtest_output=xml:${CMAKE_BINARY_DIR}/reports/${name}.xml")
-    set_tests_properties(${name} PROPERTIES LABELS "${folder};$<$<BOOL:${arg_LONG}>:long>" TIMEOUT 900 ENVIRONMENT
+    set_tests_properties(${name} PROPERTIES LABELS "${folder};$<$<BOOL:${arg_LONG}>:long>" TIMEOUT $<IF:$<BOOL:${arg_LONG}>,7200,900> ENVIRONMENT
       "GTEST_TOTAL_SHARDS=${GENPHYS_TEST_SHARDS};GTEST_SHARD_INDEX=${shard};${GENPHYS_TEST_ENVIRONMENT}")
   endforeach()
 endfunction()
