@@ -31,7 +31,7 @@ class BarList {
     for (const char* engine : {"ode", "bullet"}) {
       bars_.push_back({Bar::Kind::kOrder,
                        problem,
-                       "meters",
+                       "error",
                        {240, 1000},
                        least,
                        std::string("genphys-") + engine + "-balanced",
@@ -119,6 +119,25 @@ void AddJointBars(BarList& bars) {
   bars.Engine("ode", "B11.swinging", "error", {60}, 1e-3);
 }
 
+// The same of what dice choose.
+void AddAnyBars(BarList& bars) {
+  const Rates rates{60, 240, 1000};
+  bars.Both("A5.any", "error", rates, 1e-9);
+  bars.Both("A5.any", "energy", rates, 1e-4);
+  bars.Both("C1.stick.any", "creep", {240}, 1e-6);
+  bars.Both("C1.slip.any", "acceleration", {240}, 1e-3);
+  bars.Both("C2.any", "error", {60}, 2e-3);
+  bars.Both("C2.any", "error", {240, 1000}, 1e-3);
+  bars.Both("C2.any", "turn_degrees", rates, 0.1);
+  bars.Engine("ode", "C3.any", "meters", {60}, 1e-4);
+  bars.Engine("bullet", "C3.any", "meters", {60}, 1e-3);
+  bars.Both("C5.any", "error", rates, 1e-3);
+  bars.Both("C5.any", "rest_time", {240}, 0.02);
+  bars.Both("C5.any", "rest_time", {60}, 0.05);
+  bars.Both("C6.any", "error", rates, 5e-3);
+  bars.Order("B1.any", 1.8);
+}
+
 using Key = std::tuple<std::string, std::string, int>;
 
 std::string Number(double value) {
@@ -174,7 +193,7 @@ class Verdicts {
   }
 
   static std::optional<double> OrderOf(const Result& coarse, const Result& fine) {
-    const std::optional<double> a = Find(coarse, "meters"), b = Find(fine, "meters");
+    const std::optional<double> a = Find(coarse, "error"), b = Find(fine, "error");
     if (!a || !b) return std::nullopt;
     return std::log(*a / *b) / std::log(static_cast<double>(fine.rate) / coarse.rate);
   }
@@ -214,6 +233,7 @@ std::vector<Bar> Bars() {
   bars.Cost("T.pile", "balanced", 2.5);
   bars.Cost("T.joints", "fast", 1.1);
   bars.Cost("T.joints", "balanced", 2.5);
+  AddAnyBars(bars);
   return bars.Take();
 }
 

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 
+#include "bounce_watch.h"
 #include "genphys/convex_hull.h"
 #include "genphys/surface.h"
 #include "problem.h"
@@ -14,60 +14,6 @@ namespace genphys::bench {
 namespace {
 
 constexpr double kDrop = 1;
-constexpr int kPeaks = 4;
-
-// Follows a body that bounces on a floor, of which `low` is the height of its centre when it lies there.
-class BounceWatch {
- public:
-  explicit BounceWatch(double low) : low_(low) {}
-
-  // After each step.
-  void See(const Motion& now, double time) {
-    const double gap = now.position.z() - low_;
-    const double jump = now.velocity.z() - speed_ + kGravity * (time - time_);
-    const bool bounced = jump > kJump;
-    if (bounced && !bounced_before_) {
-      peaks_.push_back(0);
-      slowest_ = std::numeric_limits<double>::infinity();
-    }
-    // The sample nearest the top of a flight tells its height, whatever the step size: from there on energy does.
-    if (!peaks_.empty() && std::abs(now.velocity.z()) < slowest_) {
-      slowest_ = std::abs(now.velocity.z());
-      peaks_.back() = gap + now.velocity.z() * now.velocity.z() / (2 * kGravity);
-    }
-    if (std::abs(gap) > kRestGap || now.velocity.norm() > kRestSpeed) unrest_ = time;
-    bounced_before_ = bounced;
-    speed_ = now.velocity.z();
-    time_ = time;
-  }
-
-  /// Of the four heights that it must come to, the worst, over the drop.
-  double PeakError(double restitution) const {
-    double worst = 0;
-    for (int n = 0; n < kPeaks; ++n) {
-      const double wanted = std::pow(restitution, 2 * (n + 1));
-      const double got = static_cast<size_t>(n) < peaks_.size() ? peaks_[static_cast<size_t>(n)] / kDrop : 0;
-      worst = std::max(worst, std::abs(got / wanted - 1));
-    }
-    return worst;
-  }
-
-  /// The last moment at which it was not at rest, s.
-  double unrest() const { return unrest_; }
-
- private:
-  static constexpr double kJump = 0.05;       // m/s that weight does not explain
-  static constexpr double kRestGap = 1e-4;    // m
-  static constexpr double kRestSpeed = 1e-2;  // m/s
-
-  double low_;
-  std::vector<double> peaks_;
-  double slowest_ = 0;
-  bool bounced_before_ = false;
-  double speed_ = 0;
-  double time_ = 0;
-  double unrest_ = 0;
-};
 
 struct Dropped {
   Shape shape;
@@ -108,7 +54,7 @@ Problem Bounce(const std::string& name, const std::string& what, const Dropped& 
   problem.duration = std::round(rest_time * 30) / 30;
   problem.measure = [scene = problem.scene, body, restitution, rest_time](const Lab& lab) -> std::vector<Quantity> {
     Run run = lab.Start(scene);
-    BounceWatch watch(body.low);
+    BounceWatch watch(body.low, kDrop, kGravity);
     run.StepTo(std::ceil(rest_time) + 2, [&] { watch.See(run[0], run.time()); });
     return {{"error", watch.PeakError(restitution)}, {"rest_time", std::abs(watch.unrest() / rest_time - 1)}};
   };

@@ -99,6 +99,7 @@ std::vector<Problem> Problems() {
   AddBounces(problems);
   AddCollisions(problems);
   AddSwitches(problems);
+  AddAny(problems);
   AddCosts(problems);
   return problems;
 }

@@ -104,7 +104,7 @@ class Session {
 
   void Take(const Problem& problem, int rate, Results& results) {
     std::vector<const Contender*> chosen;
-    bool is_timed = !line_.bars && line_.rounds > 0;
+    bool is_timed = !line_.bars && line_.rounds > 0 && problem.duration > 0;
     for (const Contender& contender : contenders_) {
       if (problem.is_large && contender.name == "raw-ode-step") continue;
       const Place place{problem.id, contender.name, rate};

@@ -19,7 +19,7 @@ struct Problem {
   std::string title;                                         // what happens
   std::string error;                                         // what the error is, and by what it is divided
   Scene scene;                                               // of which the cost is measured
-  double duration = 0;                                       // of which the cost is measured, s
+  double duration = 0;                                       // of which the cost is measured, s; zero: it is not
   std::function<std::vector<Quantity>(const Lab&)> measure;  // "error" comes first; none: only the cost counts
   /// The error that semi-implicit Euler must have, per second of step size: its places are behind by half a step's
   /// change of velocity.
@@ -41,6 +41,7 @@ void AddSliding(std::vector<Problem>& problems);
 void AddBounces(std::vector<Problem>& problems);
 void AddCollisions(std::vector<Problem>& problems);
 void AddSwitches(std::vector<Problem>& problems);
+void AddAny(std::vector<Problem>& problems);
 void AddCosts(std::vector<Problem>& problems);
 
 }  // namespace genphys::bench

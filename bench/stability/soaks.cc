@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <numbers>
 #include <string>
@@ -14,14 +13,8 @@
 namespace genphys::bench {
 namespace {
 
-double Between(Dice& dice, double low, double high) { return low + (high - low) * (dice.Next() + 1) / 2; }
-
-double LogBetween(Dice& dice, double low, double high) {
-  return std::exp(Between(dice, std::log(low), std::log(high)));
-}
-
 Shape AnyShape(Dice& dice, double low, double high) {
-  const auto size = [&] { return LogBetween(dice, low, high); };
+  const auto size = [&] { return dice.LogBetween(low, high); };
   const double kind = dice.Next();
   if (kind < -0.5) return Sphere{size()};
   const double a = size(), b = size(), c = size();
@@ -83,7 +76,7 @@ std::vector<Quantity> Soak(const Lab& lab, uint32_t seed, int64_t steps) {
     if (step % kBetweenKicks != 0) continue;
     const double before = run.Energy();
     excess = std::max(excess, (before - start - injected) / start);
-    const auto who = static_cast<size_t>(Between(dice, 0, kKicked - 1e-6));
+    const auto who = static_cast<size_t>(dice.Between(0, kKicked - 1e-6));
     run.simulation().Kick(who, 5 * dice.NextVector() + Vector3(0, 0, 2));
     injected += run.Energy() - before;
   }
@@ -120,11 +113,11 @@ AnyWorld MakeAnyWorld(uint32_t seed, double time) {
   constexpr double kPush = 20;  // m/s^2
   Dice dice(seed);
   AnyWorld world{.scene = {.has_ground = true}};
-  world.scene.friction = Between(dice, 0, 1);
-  world.scene.restitution = Between(dice, 0, 1);
+  world.scene.friction = dice.Between(0, 1);
+  world.scene.restitution = dice.Between(0, 1);
   for (size_t i = 0; i < kBodies; ++i) {
     const Vector3 place = 1.2 * dice.NextVector() + Vector3(0, 0, 2);
-    const double mass = LogBetween(dice, 1e-3, 1e3);
+    const double mass = dice.LogBetween(1e-3, 1e3);
     world.scene.Add(AnyShape(dice, 0.05, 0.5), mass, {place, AnyTurn(dice)}, kSpeed / 2 * dice.NextVector(),
                     3 * dice.NextVector());
   }
@@ -134,7 +127,7 @@ AnyWorld MakeAnyWorld(uint32_t seed, double time) {
     if (kind > 0.6) world.scene.Join(BallJoint{}, i - 1, i, anchor);
     if (kind > 0.3 && kind <= 0.6) world.scene.Join(HingeJoint{}, i - 1, i, anchor, dice.NextVector().normalized());
   }
-  world.step_size = LogBetween(dice, 1e-4, 1.0 / 30);
+  world.step_size = dice.LogBetween(1e-4, 1.0 / 30);
   world.speed_max = kSpeed + (kGravity + kPush) * time;
   return world;
 }
