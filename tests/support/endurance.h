@@ -4,11 +4,11 @@
 
 namespace genphys::testing {
 
-/// Plays the world that `seed` says on `engine` twice, 300 steps of its own size, and expects that nothing in it
-/// becomes infinite, that nobody is lost, and that both times end with the same bits. Bodies of every shape and of
-/// masses from 1e-3 to 1e3 kg begin inside each other, are joined in loops and pushed; some are kicked, moved and
-/// deleted on the way.
-void ExpectWildWorldToReplay(const std::string& engine, uint64_t seed);
+/// Plays the worlds that seeds from 1 to `count` say on `engine`, each twice and for 300 steps of its own size, and
+/// expects that nothing becomes infinite, that hardly anybody is lost, and that both times end with the same bits.
+/// Bodies of every shape and of masses from 1e-3 to 1e3 kg begin inside each other, are joined in loops and pushed;
+/// some are kicked, moved and deleted on the way.
+void ExpectWildWorldsToReplay(const std::string& engine, uint64_t count);
 
 /// Drops what `seed` says on a floor, apart from each other and unjoined, and expects that the total energy never rises
 /// above what it was.
