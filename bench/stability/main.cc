@@ -6,10 +6,13 @@
 #include <cstdlib>
 #include <exception>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bars.h"
 #include "contenders/contender.h"
 #include "genphys/builtin_backends.h"
 #include "results.h"
@@ -25,6 +28,7 @@ struct CommandLine {
   std::vector<int> rates;
   uint32_t seeds = 0;
   bool is_long = false;
+  bool bars = false;
   bool list = false;
 };
 
@@ -37,6 +41,7 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--rate", line.rates, "only so many steps per second; may be repeated")->allow_extra_args(false);
   app.add_option("--seeds", line.seeds, "of each trial; 0: as many as it says")->check(CLI::Range(0, 1'000'000));
   app.add_flag("--long", line.is_long, "also those that take minutes");
+  app.add_flag("--bars", line.bars, "only what a bar is set for; says which are held, and fails if one is not");
   app.add_flag("--list", line.list, "names trials and contenders");
 }
 
@@ -78,6 +83,25 @@ void Tell(const Outcome& outcome) {
   std::fprintf(stderr, " %s\n", outcome.failure.c_str());
 }
 
+std::vector<Outcome> TakeAll(const CommandLine& line, const std::vector<Trial>& trials,
+                             const std::vector<Contender>& contenders) {
+  std::set<std::pair<std::string, std::string>> barred;
+  for (const Bar& bar : Bars()) barred.insert({bar.trial, bar.contender});
+  std::vector<Outcome> outcomes;
+  for (const Trial& trial : trials) {
+    for (const int rate : trial.rates) {
+      if (!line.rates.empty() && std::ranges::find(line.rates, rate) == line.rates.end()) continue;
+      for (const Contender& contender : contenders) {
+        if (trial.needs_springs && !contender.name.starts_with("genphys")) continue;
+        if (line.bars && !barred.contains({trial.id, contender.name})) continue;
+        outcomes.push_back(Take(trial, contender, rate, line.seeds == 0 ? trial.seeds : line.seeds));
+        Tell(outcomes.back());
+      }
+    }
+  }
+  return outcomes;
+}
+
 int Judge(const CommandLine& line) {
   const BackendRegistry registry = BuiltinBackends();
   std::vector<Trial> trials = Trials();
@@ -96,23 +120,14 @@ int Judge(const CommandLine& line) {
     for (const Contender& contender : contenders) std::printf("%s\n", contender.name.c_str());
     return EXIT_SUCCESS;
   }
-  std::vector<Outcome> outcomes;
-  for (const Trial& trial : trials) {
-    for (const int rate : trial.rates) {
-      if (!line.rates.empty() && std::ranges::find(line.rates, rate) == line.rates.end()) continue;
-      for (const Contender& contender : contenders) {
-        if (trial.needs_springs && !contender.name.starts_with("genphys")) continue;
-        outcomes.push_back(Take(trial, contender, rate, line.seeds == 0 ? trial.seeds : line.seeds));
-        Tell(outcomes.back());
-      }
-    }
-  }
+  const std::vector<Outcome> outcomes = TakeAll(line, trials, contenders);
   if (!line.json.empty()) {
     std::ofstream file(line.json);
     file << ToJson(outcomes, trials, registry) << std::flush;
     if (!file) throw std::runtime_error(line.json + " cannot be written");
   }
-  return EXIT_SUCCESS;
+  if (!line.bars) return EXIT_SUCCESS;
+  return PrintBars(outcomes) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 }  // namespace
