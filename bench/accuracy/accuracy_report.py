@@ -38,7 +38,7 @@ FAMILIES = {
     "C6": ("Collisions", "Momentum and restitution decide all of it; smaller steps cannot help an engine that has another law."),
     "D": ("Changes", "What holds a body goes away at a known moment."),
 }
-_FAMILY_OF = {"C19": "C3", "C7": "C6", "S4": "C6", "S13": "C6"}
+_FAMILY_OF = {"A3": "B", "C19": "C3", "C7": "C6", "S4": "C6", "S13": "C6"}
 
 REASONS: dict[str, str] = {}
 """Why our model is not ahead at equal cost, by problem."""

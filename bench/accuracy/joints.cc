@@ -202,6 +202,33 @@ Problem SlideDown() {
   return problem;
 }
 
+// A body on a slider, of which a spring holds one end.
+Scene OnSpring(double stiffness, double damping, double start) {
+  Scene scene;
+  scene.gravity.setZero();
+  JointAxis axis;
+  axis.spring = Spring{.stiffness = stiffness, .damping = damping, .rest = -start};
+  scene.Join(SliderJoint{axis}, std::nullopt, scene.Add(Sphere{0.1}, 1, At(0, 0, start)), {0, 0, start});
+  return scene;
+}
+
+Problem Sprung() {
+  constexpr double kStart = 0.1;
+  constexpr double kTime = 1;
+  Problem problem{.id = "A3",
+                  .title = "1 kg on a spring of 1,000 N/m with little damping",
+                  .error = "place after 1 s / 0.1 m",
+                  .scene = OnSpring(1000, 2, kStart),
+                  .duration = kTime,
+                  .needs_springs = true};
+  problem.measure = [scene = problem.scene](const Lab& lab) -> std::vector<Quantity> {
+    Run run = lab.Start(scene);
+    run.StepTo(kTime);
+    return {{"error", std::abs(run[0].position.z() - reference::kSprung) / kStart}};
+  };
+  return problem;
+}
+
 // Set free at the side of its swing that shows an error of velocity most.
 Problem ReleasedRod() {
   constexpr double kRelease = 0.5;
@@ -223,6 +250,7 @@ Problem ReleasedRod() {
 }  // namespace
 
 void AddJoints(std::vector<Problem>& problems) {
+  problems.push_back(Sprung());
   problems.push_back(SwingingRod());
   problems.push_back(LongSwing());
   problems.push_back(DoublePendulum());

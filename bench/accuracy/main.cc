@@ -106,6 +106,7 @@ class Session {
     std::vector<const Contender*> chosen;
     bool is_timed = !line_.bars && line_.rounds > 0 && problem.duration > 0;
     for (const Contender& contender : contenders_) {
+      if (problem.needs_springs && !contender.name.starts_with("genphys")) continue;
       if (problem.is_large && contender.name == "raw-ode-step") continue;
       const Place place{problem.id, contender.name, rate};
       if (line_.bars && !barred_.contains(place) && !costly_.contains(place)) continue;

@@ -27,8 +27,9 @@ struct Problem {
   bool first_order = true;  // whether smaller steps can help at all
   StepPlan plan = StepPlan::kEven;
   std::vector<int> rates = kRates;
-  double settle = 0;      // s that the scene takes to become what its cost is measured of
-  bool is_large = false;  // so that solving directly takes hours
+  double settle = 0;           // s that the scene takes to become what its cost is measured of
+  bool needs_springs = false;  // which the engines alone do not have
+  bool is_large = false;       // so that solving directly takes hours
 };
 
 /// All of them, in the order of the report.

@@ -9,6 +9,8 @@ inline constexpr std::array<double, 4> kTopOrientation{-0.5761990762744522, 0.29
                                                        -0.4567917548361489};
 /// A5dz, s; the first flip comes at half of it.
 inline constexpr double kFlipPeriod = 8.044580227688387;
+/// A3 at 1 s, m.
+inline constexpr double kSprung = 0.036339707619322134;
 /// B1 at 5 s, x and z of the centre, m.
 inline constexpr std::array<double, 2> kPendulum{-0.49000494627759655, -0.09947438174469694};
 /// B1 set free at 0.5 s, at 1 s, x and z of the centre, m.

@@ -89,6 +89,12 @@ def top_orientation() -> State:
     return state[:4]
 
 
+def sprung() -> mpf:
+    """1 kg on a spring of 1000 N/m with 2 N s/m, let go at 0.1 m, at 1 s."""
+    decay, rate = mpf(1), mp.sqrt(mpf(999))
+    return mp.exp(-decay) / 10 * (mp.cos(rate) + decay / rate * mp.sin(rate))
+
+
 def flip_period() -> mpf:
     """Of the same body with spin (0, 5, 0.01): Landau and Lifshitz, Mechanics, section 37."""
     i1, i2, i3 = mpf(2), mpf(3), mpf(4)
@@ -231,6 +237,7 @@ def references() -> list[tuple[str, str, mpf | State]]:
     return [
         ("kTopOrientation", "A5 at 10 s, w x y z.", top_orientation()),
         ("kFlipPeriod", "A5dz, s; the first flip comes at half of it.", flip_period()),
+        ("kSprung", "A3 at 1 s, m.", sprung()),
         ("kPendulum", "B1 at 5 s, x and z of the centre, m.", hung),
         ("kReleasedPendulum", "B1 set free at 0.5 s, at 1 s, x and z of the centre, m.", released_pendulum()),
         ("kDoublePendulum", "B3 at 2 s, x and z of the second centre, m.", double_pendulum()),
