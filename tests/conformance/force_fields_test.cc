@@ -264,6 +264,23 @@ TEST_P(ForceFields, AStoneSinksAndABubbleRises) {
   EXPECT_NEAR(VelocityOf(*world, bubble).z(), -9.81 * (1 - 1 / 0.5) / 2, kRounding);
 }
 
+TEST_P(ForceFields, AFluidLiftsAtTheMiddleOfWhatIsBelowIt) {
+  Proves({Claim::kBuoyancyField});
+  constexpr double kOff = 0.1, kMass = 3, kMoment = 0.5, kDensity = 800, kFall = 9.81, kSeconds = 1.0 / 60;
+  const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -kFall}, .ground_plane = false});
+  EntityDesc buoy = Ball({0, 0, 0}, 0.5, kMass);
+  buoy.rigid_body->inertia.center_of_mass = Vector3(kOff, 0, 0);
+  buoy.rigid_body->inertia.tensor = kMoment * Matrix3::Identity();
+  const EntityId id = Add(*world, buoy);
+  Do(*world, CreateForceField{{.kind = BuoyancyField{.surface_offset = 10, .fluid_density = kDensity}}});
+  Steps(*world, 1);
+  // All of it is below; its middle lies beside the centre of mass.
+  const double lift = kDensity * 4.0 / 3 * M_PI * 0.125 * kFall;
+  const double spin = kOff * lift / kMoment * kSeconds;
+  // The arm turns within the step.
+  EXPECT_NEAR(SpinOf(*world, id).y(), spin, 2 * spin * std::pow(spin * kSeconds, 2) + 1e-9);
+}
+
 TEST_P(ForceFields, WakeWhomTheyMayMove) {
   Proves({Claim::kUniformField});
   const auto world = MakeWorld();

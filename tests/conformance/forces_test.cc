@@ -186,6 +186,23 @@ TEST_P(Forces, SpeedsMaxHoldAgainstAKick) {
   EXPECT_TRUE(PositionOf(*world, id).isApprox(Vector3(0.6, 0.8, 0), kRounding));
 }
 
+TEST_P(Forces, NothingTurnsFasterThanItsSpeedMaxInAnyStep) {
+  Proves({Claim::kSpeedMax});
+  // Each limit by itself, whatever the other one is.
+  for (const std::optional<double>& linear : {std::optional<double>(), std::optional<double>(50.0)}) {
+    const auto world = Weightless(GetParam());
+    EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
+    ball.rigid_body->linear_speed_max = linear;
+    ball.rigid_body->angular_speed_max = 1;
+    const EntityId id = Add(*world, ball);
+    Do(*world, ApplyImpulse{.id = id, .angular = {0, 0, 5}});
+    Steps(*world, 30);
+    EXPECT_NEAR(SpinOf(*world, id).z(), 1, kRounding);
+    const Quaternion turned(Eigen::AngleAxisd(0.5, Vector3::UnitZ()));
+    EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(turned), 1e-7);
+  }
+}
+
 TEST_P(Forces, TheNetForceOfARestingCrateIsNothingAndOfAFallingOneItsWeight) {
   Proves({Claim::kNetForce});
   const auto world = MakeWorld();

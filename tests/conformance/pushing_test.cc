@@ -90,6 +90,31 @@ TEST_P(Pushing, WhateverItsShapeAndThatOfThePusher) {
   }
 }
 
+TEST_P(Pushing, WhatStandsOnAMovingFloorIsCarriedAlong) {
+  Proves({Claim::kStaticFriction});
+  Random random(32);
+  for (int i = 0; i < 4; ++i) {
+    const double heading = random.Uniform(-3, 3), speed = random.Uniform(0.5, 2);
+    const auto world = MakeWorld();
+    EntityDesc floor = Body(Box{{4, 4, 0.1}}, {0, 0, 1});
+    floor.rigid_body->motion_type = MotionType::kKinematic;
+    floor.rigid_body->linear_velocity = speed * Along(heading);
+    Add(*world, floor);
+    EntityDesc crate = Crate({0.3, 0.2, 1.4}, 0.3, random.LogUniform(1e-2, 1e3));
+    crate.rigid_body->linear_velocity = speed * Along(heading);
+    const EntityId rides = Add(*world, crate);
+    crate.pose.position = {-2, 0.2, 1.4};
+    crate.rigid_body->linear_velocity = Vector3::Zero();
+    const EntityId boards = Add(*world, crate);
+    Steps(*world, 60);
+    EXPECT_LE((PositionOf(*world, rides) - Vector3(0.3, 0.2, 1.4) - speed * Along(heading)).norm(), 5 * kOff);
+    // It slides until it is as fast: v / (mu g), in which it falls behind by v^2 / (2 mu g).
+    const double lost = speed * speed / (2 * 0.5 * kGravity);
+    const Vector3 expected = Vector3(-2, 0.2, 1.4) + (speed - lost) * Along(heading);
+    EXPECT_LE((PositionOf(*world, boards) - expected).norm(), 2 * speed / 60 / 2) << "heading " << heading;
+  }
+}
+
 TEST_P(Pushing, APusherMovesExactlyAsTold) {
   constexpr double kRounding = 1e-12;
   const auto world = MakeWorld();

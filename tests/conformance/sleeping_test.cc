@@ -88,6 +88,20 @@ TEST_P(Sleeping, ASleeperTakesAllOfABlow) {
   }
 }
 
+TEST_P(Sleeping, WhateverIsPutIntoASleeperWakesIt) {
+  for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
+    const auto world = MakeWorld();
+    const EntityId ball = Add(*world, Ball({0, 0, 0.5}));
+    Steps(*world, 120);
+    ASSERT_TRUE(Asleep(*world, ball));
+    EntityDesc wedge = Ball({0.6, 0, 0.5}, 0.5);
+    wedge.rigid_body->motion_type = motion;
+    Add(*world, wedge);
+    Steps(*world, 60);
+    EXPECT_LT(PositionOf(*world, ball).x(), -0.3) << "it is pushed out of the way";
+  }
+}
+
 TEST_P(Sleeping, AForceOrALostSupportWakes) {
   const auto world = MakeWorld();
   const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
@@ -134,6 +148,7 @@ TEST_P(Sleeping, ABodyOnAMovingLiftDoesNotSleep) {
   Steps(*world, 300);
 
   EXPECT_FALSE(Asleep(*world, crate));
+  EXPECT_TRUE(Of<EntitySlept>(world->TakeEvents()).empty()) << "not even for a step";
   EXPECT_NEAR(PositionOf(*world, crate).z(), 1.6 + 0.05, 2e-3);
 }
 
