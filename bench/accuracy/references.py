@@ -14,7 +14,7 @@ import sys
 import textwrap
 from collections.abc import Callable
 
-from mpmath import ellipfun, ellipk, mp, mpf
+from mpmath import ellipfun, ellipk, linspace, mp, mpf, quad
 
 mp.prec = 133
 
@@ -82,7 +82,7 @@ def rigid_slope(moments: State, torque: Callable[[State], State]) -> Slope:
 def top_orientation() -> State:
     """Of a free body with moments 2, 3, 4 that starts with spin (0, 2, 1), after 10 s."""
     slope = rigid_slope([mpf(2), mpf(3), mpf(4)], lambda q: [mpf(0)] * 3)
-    state = integrate(slope, [mpf(x) for x in (1, 0, 0, 0, 0, 2, 1)], mpf(10), 60)
+    state = integrate(slope, [mpf(x) for x in (1, 0, 0, 0, 0, 2, 1)], mpf(10), 30)
     momentum = turned(state[:4], [i * w for i, w in zip((2, 3, 4), state[4:])])
     if max(abs(a - b) for a, b in zip(momentum, (0, 6, 4))) > AGREEMENT:
         raise ArithmeticError("the momentum is not kept")
@@ -137,7 +137,7 @@ def double_pendulum() -> State:
         det = m11 * m22 - m12**2
         return [va, vb, (m22 * right_a - m12 * right_b) / det, (m11 * right_b - m12 * right_a) / det]
 
-    a, b = integrate(slope, [mp.pi / 2, mp.pi / 2, mpf(0), mpf(0)], mpf(2), 200)[:2]
+    a, b = integrate(slope, [mp.pi / 2, mp.pi / 2, mpf(0), mpf(0)], mpf(2), 150)[:2]
     return [mp.sin(a) + mp.sin(b) / 2, -mp.cos(a) - mp.cos(b) / 2]
 
 
@@ -154,7 +154,7 @@ def heavy_top() -> State:
 
     half = mp.pi / 6
     start = [mp.cos(half), mpf(0), mp.sin(half), mpf(0), mpf(0), mpf(0), mpf(50)]
-    return turned(integrate(rigid_slope(moments, torque), start, mpf(2), 150)[:4], [mpf(0), mpf(0), length])
+    return turned(integrate(rigid_slope(moments, torque), start, mpf(2), 100)[:4], [mpf(0), mpf(0), length])
 
 
 def steady_precession() -> mpf:
@@ -179,8 +179,14 @@ def slider_crank() -> mpf:
         return place, crank**2 / 3 + along**2 + across**2 + rod**2 / 12 * lean_rate**2 + slide**2
 
     start = at(mp.pi / 3)[1]
-    end = integrate(lambda state: [20 * mp.sqrt(start / at(state[0])[1])], [mp.pi / 3], mpf(1), 300)[0]
-    return at(end)[0]
+    angle = mpf("26.4")
+    # Newton's steps double the digits.
+    for _ in range(5):
+        time = quad(lambda a: mp.sqrt(at(a)[1] / start) / 20, linspace(mp.pi / 3, angle, 30))
+        angle -= (time - 1) * 20 / mp.sqrt(at(angle)[1] / start)
+    if abs(time - 1) > AGREEMENT:
+        raise ArithmeticError("that angle comes at another time")
+    return at(angle)[0]
 
 
 def slip_acceleration() -> mpf:
