@@ -46,24 +46,34 @@ EntityDesc At(const Shape& shape, const Vector3& position, const Quaternion& ori
   return desc;
 }
 
+struct Heights {
+  double box, hull, tumbled;
+};
+
+// Where three equal cubes come to rest: a box, a hull, and a hull with its corners given in a frame of their own.
+Heights HeightsOnFloor(const std::string& engine, const Floor& floor, double scale, const Quaternion& turn) {
+  const auto world = WorldOn(engine, floor, turn);
+  const Vector3 half = Vector3::Constant(0.5 * scale);
+  const EntityId box = Add(*world, At(Box{half}, scale * Vector3(-2, 0.3, 0.5), turn));
+  const EntityId hull = Add(*world, At(HullBox(half), scale * Vector3(2, 0.3, 0.5), turn));
+  const EntityId tumbled =
+      Add(*world, At(HullBox(half, kTumble), scale * Vector3(0.1, 3, 0.5), turn * kTumble.inverse()));
+  Steps(*world, 120);
+  return {PositionOf(*world, box).z(), PositionOf(*world, hull).z(), PositionOf(*world, tumbled).z()};
+}
+
 TEST_P(RestingShapes, HullCubeAndBoxCubeLieAtOneHeight) {
   Proves({Claim::kBox, Claim::kConvexHull, Claim::kTriangleMesh, Claim::kHeightfield, Claim::kPlane});
   for (const double scale : {0.1, 1.0, 10.0}) {
     for (const Floor& floor : Floors(scale)) {
       for (const Quaternion& turn : {Quaternion(Quaternion::Identity()), kTurn}) {
         SCOPED_TRACE(::testing::Message() << floor.name << " scale " << scale << " turned " << turn.z());
-        const auto world = WorldOn(GetParam(), floor, turn);
-        const Vector3 half = Vector3::Constant(0.5 * scale);
-        const double height = 0.5 * scale;
-        const EntityId box = Add(*world, At(Box{half}, scale * Vector3(-2, 0.3, 0.5), turn));
-        const EntityId hull = Add(*world, At(HullBox(half), scale * Vector3(2, 0.3, 0.5), turn));
-        // The same cube with its corners given in a frame of their own.
-        const EntityId tumbled =
-            Add(*world, At(HullBox(half, kTumble), scale * Vector3(0.1, 3, 0.5), turn * kTumble.inverse()));
-        Steps(*world, 120);
-        EXPECT_NEAR(PositionOf(*world, box).z(), height, 1e-3);
-        EXPECT_NEAR(PositionOf(*world, hull).z(), PositionOf(*world, box).z(), kSameHeight);
-        EXPECT_NEAR(PositionOf(*world, tumbled).z(), PositionOf(*world, box).z(), kSameHeight);
+        const Heights here = HeightsOnFloor(GetParam(), floor, scale, turn);
+        const Heights there = HeightsOnFloor(OtherEngine(GetParam()), floor, scale, turn);
+        EXPECT_NEAR(here.box, 0.5 * scale, 1e-3);
+        EXPECT_NEAR(here.hull, here.box, kSameHeight);
+        EXPECT_NEAR(here.tumbled, here.box, kSameHeight);
+        EXPECT_NEAR(here.box, there.box, kSameHeight);
       }
     }
   }
