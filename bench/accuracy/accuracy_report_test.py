@@ -61,6 +61,7 @@ def test_the_page_names_where_an_engine_alone_is_ahead(tmp_path):
     assert report.main([str(tmp_path)]) == 0
     text = (tmp_path / "accuracy.md").read_text()
     assert "| B1 | Bullet |" in text and "Nowhere" not in text
+    assert report.unexplained(data(worse)) == ["B1"]
     assert "Nowhere" in report.page(data(problem(genphys_bullet_balanced=FIRST_ORDER)))
 
 
