@@ -171,7 +171,7 @@ Status CommandValidator::operator()(const SetStepper& command) {
   const Backend* backend = world_.registry_.Find(settings_.engine);
   if (backend == nullptr) return absl::OkStatus();
   MissingFeatures missing(backend->capabilities());
-  if (command.stepper.solver == Solver::kDirect) missing.Need(Feature::kSolverDirect);
+  missing.Need(command.stepper);
   return missing.Check();
 }
 
@@ -189,7 +189,7 @@ Status CommandValidator::CheckEngine(const std::string& name) const {
   }
   MissingFeatures missing(backend->capabilities());
   for (const Feature feature : settings_.required_features) missing.Need(feature);
-  if (settings_.stepper.solver == Solver::kDirect) missing.Need(Feature::kSolverDirect);
+  missing.Need(settings_.stepper);
   for (const PreparedEntity& prepared : prepared_) missing.Need(*prepared.desc);
   for (const std::optional<SceneEntity>& entity : world_.scene().entities) {
     if (entity && !changed_.contains(entity->id)) missing.Need(*entity->desc);

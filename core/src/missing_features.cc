@@ -19,15 +19,18 @@ void MissingFeatures::Need(const EntityDesc& desc) {
   }
 }
 
+void MissingFeatures::Need(const StepperDesc& stepper) {
+  is_solver_missing_ = stepper.solver == Solver::kDirect && !capabilities_.Has(Feature::kSolverDirect);
+}
+
 Status MissingFeatures::Check() const {
-  if (missing_.none()) return absl::OkStatus();
+  if (missing_.none() && !is_solver_missing_) return absl::OkStatus();
   std::string names;
   for (size_t i = 0; i < missing_.size(); ++i) {
-    if (missing_[i]) names += Cat(names.empty() ? "" : ", ", NameOf(static_cast<Feature>(i)));
+    const bool is_solver = is_solver_missing_ && static_cast<Feature>(i) == Feature::kSolverDirect;
+    if (missing_[i] || is_solver) names += Cat(names.empty() ? "" : ", ", NameOf(static_cast<Feature>(i)));
   }
-  // Nothing but the stepper's choice: another solver is the way out.
-  const bool is_solver = missing_.count() == 1 && missing_[static_cast<size_t>(Feature::kSolverDirect)];
-  return Refuse(Reason::kUnsupportedFeature, is_solver ? "stepper.solver" : "engine",
+  return Refuse(Reason::kUnsupportedFeature, missing_.none() ? "stepper.solver" : "engine",
                 Cat("engine \"", capabilities_.engine(), "\" does not support ", names));
 }
 

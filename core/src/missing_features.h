@@ -4,6 +4,7 @@
 #include "genphys/capabilities.h"
 #include "genphys/entity.h"
 #include "genphys/status.h"
+#include "genphys/stepper.h"
 
 namespace genphys {
 
@@ -14,13 +15,16 @@ class MissingFeatures {
 
   void Need(Feature feature);
   void Need(const EntityDesc& desc);
+  void Need(const StepperDesc& stepper);
 
-  /// OK, or UNSUPPORTED_FEATURE with the name of each that is missing.
+  /// OK, or UNSUPPORTED_FEATURE with the name of each that is missing. At "engine", or at "stepper.solver" if nothing
+  /// but the stepper's choice is: another solver is the way out.
   Status Check() const;
 
  private:
   const Capabilities& capabilities_;
   std::bitset<static_cast<size_t>(Feature::kCount)> missing_;
+  bool is_solver_missing_ = false;  // that the stepper asks for
 };
 
 }  // namespace genphys

@@ -14,7 +14,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-GENPHYS_ENGINE_TESTS(LargeShapes);
+class LargeShapes : public EngineTest {};
+
+INSTANTIATE_TEST_SUITE_P(Engines, LargeShapes, ::testing::ValuesIn(EnginesWithContacts()), EngineName);
 
 // Steps a world of its own until it is told to stop.
 class Neighbour {

@@ -191,6 +191,7 @@ TEST(Worlds, AreRefusedWithTheFieldThatIsWrong) {
   EXPECT_EQ(refusal({.engine = "ballistic", .ground_plane = true}).field, "ground_plane");
   EXPECT_EQ(refusal({.engine = "bullet", .stepper = {.solver = Solver::kDirect}}).field, "stepper.solver");
   EXPECT_EQ(refusal({.required_features = {Feature::kExactSnapshot}}).reason, Reason::kUnsupportedFeature);
+  EXPECT_EQ(refusal({.engine = "ballistic", .required_features = {Feature::kSolverDirect}}).field, "engine");
 }
 
 }  // namespace
