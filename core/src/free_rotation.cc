@@ -13,6 +13,8 @@ constexpr double kAngleMax = 0.8;
 constexpr int kInnerStepsMax = 4096;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.
 constexpr double kNegligibleAngle = 1e-8;
+// The sine of an angle that is no more than rounding.
+constexpr double kParallel = 1e-14;
 
 Vector3 Spin(const Column4& q, const Vector3& momentum, const Matrix3& inverse_tensor) {
   const Quaternion orientation = FromColumn(q).normalized();
@@ -47,6 +49,8 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, con
   const Column4 start = ToColumn(orientation);
   const Vector3 spin = Spin(start, momentum, inverse_tensor);
   if (spin.norm() * time < kNegligibleAngle) return spin;
+  // About a principal axis it goes on as it is.
+  if (momentum.cross(spin).norm() <= kParallel * momentum.norm() * spin.norm()) return spin;
   const double steps = std::floor(spin.norm() * time / kAngleMax) + 1;
   const int count = static_cast<int>(std::min<double>(steps, kInnerStepsMax));
   const double h = time / count;

@@ -4,6 +4,17 @@
 
 namespace genphys {
 
+namespace {
+
+// A sensor holds nothing, nor does a gap that the solve leaves alone.
+bool IsHeldBy(const ContactBuffer& contacts, const ContactPair& pair) {
+  if (pair.is_sensor) return false;
+  const auto first = contacts.points.begin() + pair.first_point;
+  return !std::all_of(first, first + pair.point_count, [](const ContactPoint& point) { return point.is_ahead; });
+}
+
+}  // namespace
+
 void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
                    std::span<const JointRow> joint_rows) {
   parents_.assign(row_count, kNone);
@@ -12,7 +23,7 @@ void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const Co
   islands_.clear();
   for (EntityRow row : rows) parents_[Index(row)] = Index(row);
   for (const ContactPair& pair : contacts.pairs) {
-    if (!pair.is_sensor) Hold(pair.entity_a, pair.entity_b);
+    if (IsHeldBy(contacts, pair)) Hold(pair.entity_a, pair.entity_b);
   }
   for (const JointRow& row : joint_rows) Hold(row.a, row.b);
 

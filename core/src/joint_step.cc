@@ -7,7 +7,7 @@
 
 namespace genphys {
 
-JointSide JointStep::SideOf(const EntityRef& entity, const Pose& frame) const {
+JointSide JointStep::SideOf(const EntityRef& entity, const Pose& frame, double h) const {
   JointSide side;
   side.row = RowOf(entity);
   side.frame = frame;
@@ -20,11 +20,18 @@ JointSide JointStep::SideOf(const EntityRef& entity, const Pose& frame) const {
   side.linear_velocity = state_.linear_velocities.col(row);
   side.angular_velocity = state_.angular_velocities.col(row);
   const auto& body = scene_entity.desc->rigid_body;
+  side.linear_expected = side.linear_velocity;
+  side.angular_expected = side.angular_velocity;
   if (!body || body->motion_type != MotionType::kDynamic) return side;
   side.center = pose.Transform(scene_entity.mass.center_of_mass);
   if (!active_[row]) return side;
   side.inverse_mass = 1 / scene_entity.mass.mass;
   side.inverse_tensor = WorldTensor(pose.orientation, scene_entity.mass.inverse_tensor);
+  const HalfStep& half = layer_.half_steps[row];
+  side.interval = half.Interval(layer_.last_substep, h);
+  if (half.restarts) return side;
+  side.linear_expected += side.interval * half.held_rate;
+  side.angular_expected += side.inverse_tensor * (half.held_momentum * (2 * side.interval / layer_.last_substep));
   return side;
 }
 
@@ -36,14 +43,37 @@ bool JointStep::MayHold(const JointDesc& desc) const {
   return !is_gone(desc.entity_a) && !is_gone(desc.entity_b);
 }
 
+// How far the way of a side over a substep of `h` seconds can be foretold, 0 to 1. A light body that is pulled hard
+// swings about its joint by sqrt(pull * arm / moment) rad/s: where a substep does not resolve that, nor the turn
+// itself, what is foretold would only drive it.
+double JointStep::Trust(const JointSide& side, uint32_t slot, double h) const {
+  constexpr double kStiffest = 2, kStiff = 0.5;  // (rad per substep)^2
+  constexpr double kWidest = 1.4, kWide = 0.7;   // rad
+  const auto fade = [](double value, double full, double none) {
+    return std::clamp((none - value) / (none - full), 0.0, 1.0);
+  };
+  const double turn = side.angular_expected.norm() * h;
+  const double arm = (side.frame.position - side.center).norm();
+  const double stiffness = layer_.joints[slot].force.norm() * arm * side.inverse_tensor.norm() * h * h;
+  return fade(turn, kWide, kWidest) * fade(stiffness, kStiff, kStiffest);
+}
+
 bool JointStep::Visit(uint32_t slot, double h, std::vector<JointRow>* rows) {
   const JointDesc& desc = scene_.joints[slot]->desc;
   if (!MayHold(desc)) return false;
-  const JointSide a = SideOf(desc.entity_a, *desc.frame_in_a);
-  const JointSide b = SideOf(desc.entity_b, *desc.frame_in_b);
+  const JointSide a = SideOf(desc.entity_a, *desc.frame_in_a, h);
+  const JointSide b = SideOf(desc.entity_b, *desc.frame_in_b, h);
   if (!a.is_movable() && !b.is_movable()) return false;
-  RowWriter writer(a, b, h, layer_.joints[slot], rows);
+  expected_.clear();
+  const double trust = rows != nullptr ? std::min(Trust(a, slot, h), Trust(b, slot, h)) : 0;
+  if (trust > 0) {
+    const JointSide a_ahead = a.Ahead(h), b_ahead = b.Ahead(h);
+    RowWriter ahead(a_ahead, b_ahead, layer_.joints[slot], expected_);
+    std::visit([&](const auto& joint) { WriteRows(joint, ahead); }, desc.kind);
+  }
+  RowWriter writer(a, b, h, layer_.joints[slot], rows, {expected_, trust});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
+  if (rows != nullptr) held_[slot].share = h / writer.interval();
   return true;
 }
 
@@ -74,11 +104,11 @@ void JointStep::Take(double h) {
     const JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];
     if (row.kind == JointRow::Kind::kLinear) {
-      held.force += row.impulse * row.axis;
+      held.force += held.share * row.impulse * row.axis;
     } else if (row.kind == JointRow::Kind::kAngular) {
-      held.torque += row.impulse * row.axis;
+      held.torque += held.share * row.impulse * row.axis;
     } else {
-      held.torque += row.impulse * row.axis_b;
+      held.torque += held.share * row.impulse * row.axis_b;
       // No pose tells how often a gear has turned, so that what it slipped is added up.
       layer_.joints[owners_[i]].positions[5] += h * (row.axis.dot(spin(row.a)) + row.axis_b.dot(spin(row.b)));
     }
@@ -100,6 +130,15 @@ std::vector<JointId> JointStep::Finish(double step_size) {
   }
   std::sort(broken.begin(), broken.end());
   return broken;
+}
+
+void JointStep::MarkHeld(std::vector<uint8_t>& held) const {
+  for (const std::optional<SceneJoint>& joint : scene_.joints) {
+    if (!joint || !MayHold(joint->desc)) continue;
+    for (const EntityRow row : {RowOf(joint->desc.entity_a), RowOf(joint->desc.entity_b)}) {
+      if (row != kWorldRow) held[Index(row)] = true;
+    }
+  }
 }
 
 void JointStep::Restore() {

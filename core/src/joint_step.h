@@ -21,6 +21,8 @@ class JointStep {
   void Take(double h);
   /// Notes where the joints are and what they held over `step_size` seconds; returns those that must break, ascending.
   std::vector<JointId> Finish(double step_size);
+  /// Marks the rows that some joint holds.
+  void MarkHeld(std::vector<uint8_t>& held) const;
   /// Undoes all of it.
   void Restore();
 
@@ -28,10 +30,12 @@ class JointStep {
   struct Held {
     Vector3 force = Vector3::Zero();   // N*s on b so far
     Vector3 torque = Vector3::Zero();  // N*m*s on b so far
+    double share = 1;                  // of the substep, to the time for which its solve acts
   };
 
-  JointSide SideOf(const EntityRef& entity, const Pose& frame) const;
+  JointSide SideOf(const EntityRef& entity, const Pose& frame, double h) const;
   bool MayHold(const JointDesc& desc) const;
+  double Trust(const JointSide& side, uint32_t slot, double h) const;
   // Without `rows` the coordinates alone are noted. False: nothing that it holds can move.
   bool Visit(uint32_t slot, double h, std::vector<JointRow>* rows);
 
@@ -43,6 +47,7 @@ class JointStep {
   bool is_saved_ = false;
   std::vector<JointRow> rows_;
   std::vector<uint32_t> owners_;  // slots of the joints that rows_ are of
+  std::vector<double> expected_;  // scratch
   std::vector<Held> held_;        // by slot
   std::vector<uint8_t> was_held_;
 };

@@ -81,12 +81,24 @@ void Put(ByteWriter& out, const LastTouch& value) {
   for (const EventContactPoint& point : points) Put(out, point);
 }
 
+void Put(ByteWriter& out, const HalfStep& value) {
+  const auto& [restarts, in_flight, has_past, since_restart, velocity, momentum, steady_kick, steady_twist,
+               held_velocity, held_momentum, held_rate] = value;
+  out.Put(restarts);
+  out.Put(in_flight);
+  out.Put(has_past);
+  out.Put(since_restart);
+  for (const Vector3* v :
+       {&velocity, &momentum, &steady_kick, &steady_twist, &held_velocity, &held_momentum, &held_rate})
+    out.Put(*v);
+}
+
 }  // namespace
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
-               forces, joint_ids, joints, last_touches] = state;
+               forces, joint_ids, joints, last_touches, half_steps, last_substep] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -108,6 +120,9 @@ void Serialize(const LayerState& state, std::string& bytes) {
     out.Put(uint64_t{touches.size()});
     for (const LastTouch& touch : touches) Put(out, touch);
   }
+  out.Put(uint64_t{half_steps.size()});
+  for (const HalfStep& half : half_steps) Put(out, half);
+  out.Put(last_substep);
 }
 
 }  // namespace genphys

@@ -4,8 +4,8 @@
 
 #include "field_forces.h"
 #include "genphys/world.h"
+#include "impacts.h"
 #include "joint_step.h"
-#include "restitution.h"
 #include "touching.h"
 
 namespace genphys {
@@ -26,6 +26,13 @@ class StepRun {
     Vector3 linear_velocity = Vector3::Zero();
     Vector3 angular_velocity = Vector3::Zero();
     bool asleep = false;
+    HalfStep half;
+  };
+
+  // What acts on a body from outside.
+  struct Push {
+    Vector3 acceleration = Vector3::Zero();  // m/s^2
+    Vector3 torque = Vector3::Zero();        // N*m
   };
 
   // What the layer keeps of a moving dynamic body over a substep.
@@ -33,9 +40,14 @@ class StepRun {
     EntityRow row{};
     Vector3 linear_start = Vector3::Zero();    // at the start of the step
     Vector3 momentum_start = Vector3::Zero();  // angular, at the start of the step
-    Vector3 momentum = Vector3::Zero();        // angular, with this substep's torque
-    Vector3 spin_given = Vector3::Zero();      // the engine was given
-    Matrix3 tensor = Matrix3::Zero();          // world, at the start of the substep
+    double past = 0;                           // s of the last substep that forces of fields are still owed for
+    Push steady;                               // gravity and the forces of commands
+    Push field;                                // force fields
+    Vector3 linear_given = Vector3::Zero();    // the engine was given
+    Vector3 spin_given = Vector3::Zero();
+    Vector3 momentum = Vector3::Zero();  // angular, in the middle of the substep without contacts and joints
+    Matrix3 tensor = Matrix3::Zero();    // world, at the start of the substep
+    Matrix3 inverse_tensor = Matrix3::Zero();
   };
 
   void Advance();
@@ -46,16 +58,7 @@ class StepRun {
   void WakeCarried(std::vector<EntityRow>& carried) const;
   void FinishJoints();
   void Substep(double h);
-  void KickRow(Mover& mover, double h);
-  void GatherForces(double h);
-  Vector3 CenterOf(EntityRow row) const;
-  Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
-  void ChooseFriction();
-  void Unkick();
-  void Bounce(double h);
-  void LimitSpeeds();
   void MoveKinematic(double h);
-  void FillRelativeVelocities();
   void Save(EntityRow row, bool asleep);
   void Restore();
   void AddMover(EntityRow row);
@@ -63,12 +66,37 @@ class StepRun {
   bool Fits(EntityRow row) const;
   void Retire(EntityRow row);
   void RetireStrays();
+  void Mark(std::string_view stage);
+
+  // Forces (step_kick.cc).
+  void GatherForces();
+  void GatherFields(double h);
+  Push SteadyPush(EntityRow row) const;
+  void BeginMover(Mover& mover);
+  void KickMover(Mover& mover, double h);
+  void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
+  void EndMover(Mover& mover, double h);
+  void PayReleased();
+
+  // Contacts (step_contacts.cc).
+  Vector3 CenterOf(EntityRow row) const;
+  Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
+  void FillRelativeVelocities();
+  void PrepareContacts(double h);
+  void ShareImpulses(double h);
+  // What met in the substep just done, or what a command made meet before the first one.
+  void ResolveImpacts(double h, bool after_move);
+  ImpactWorld Surroundings();
+
+  // What is told of the step (step_report.cc).
   void FinishNetForces();
   void CountForcesDown();
   void Report();
+  void PutToSleep(EntityRow row);
   void FillStats();
-  MovingBody BodyOf(EntityRow row) const;
-  void Mark(std::string_view stage);
+
+  // m: a contact with a wider gap touches nothing yet.
+  static constexpr double kReleaseGap = 1e-3;
 
   World& world_;
   double step_size_;
@@ -79,9 +107,15 @@ class StepRun {
   std::vector<Mover> movers_;
   std::vector<EntityRow> rows_;            // of movers_, ascending
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
-  std::vector<Wrench> wrenches_;           // by row; empty when nothing is applied at all
+  std::vector<Wrench> wrenches_;           // of commands, by row; empty when nothing is applied at all
+  std::vector<Wrench> field_wrenches_;     // of force fields, by row; empty without them
+  std::vector<Vector3> accelerations_;     // from outside, by row, m/s^2
+  std::vector<Pose> starts_;               // by row, of the substep
+  std::vector<uint8_t> flew_;              // by row: it was in flight before the solve
+  std::vector<uint8_t> jointed_;           // by row: a joint holds it
+  std::vector<uint8_t> held_;              // by row: something touches or holds it
   std::vector<uint8_t> tested_;            // rows that were active in some Collide() of this step
-  std::vector<double> approach_;           // per contact point, m/s, as given to the engine
+  double last_substep_before_ = 0;
   StepTouches touches_;
   JointStep joints_;
   std::vector<JointBroke> broken_;

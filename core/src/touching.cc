@@ -33,13 +33,14 @@ TouchingPair StepTouches::PairOf(const ContactPair& pair) const {
           pair.is_sensor && rule_.info(pair.geometry_a).is_sensor};
 }
 
-void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair, Touch& touch) const {
+void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair,
+                          std::vector<EventContactPoint>& points) const {
   for (uint32_t i = 0; i < pair.point_count; ++i) {
     const ContactPoint& p = contacts.points[pair.first_point + i];
     if (p.depth < kTouchingDepth && !(p.normal_impulse > 0)) continue;
-    touch.points.push_back({p.position, p.normal, p.depth, p.normal_impulse, p.friction_impulse, p.relative_velocity,
-                            pair.material.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
-                            rule_.info(pair.geometry_b).geometry_id});
+    points.push_back({p.position, p.normal, p.depth, p.normal_impulse, p.friction_impulse, p.relative_velocity,
+                      pair.material.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
+                      rule_.info(pair.geometry_b).geometry_id});
   }
 }
 
@@ -63,14 +64,14 @@ void StepTouches::Merge(const ContactBuffer& contacts, bool solved) {
       merged.push_back({.pair = pair});
     }
     Touch& touch = merged.back();
-    const bool shows_points = WillBeTold(pair) && (solved || !touch.solved);
-    if (shows_points) {
-      touch.earlier_impulse += NormalImpulse(touch.points);
-      touch.points.clear();
-    }
+    std::vector<EventContactPoint> points;
     for (; first != found_.end() && first->pair == pair; ++first) {
-      if (shows_points) Collect(contacts, contacts.pairs[first->place], touch);
+      if (WillBeTold(pair) && (solved || !touch.solved)) Collect(contacts, contacts.pairs[first->place], points);
     }
+    // Of several substeps the one is shown in which most was passed on.
+    const double before = NormalImpulse(touch.points), now = NormalImpulse(points);
+    if (!points.empty() && now >= before) std::swap(points, touch.points);
+    touch.earlier_impulse += std::min(before, now);
     touch.solved = touch.solved || solved;
   }
   for (; known != touches_.end(); ++known) merged.push_back(std::move(*known));

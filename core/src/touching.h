@@ -37,7 +37,7 @@ class StepTouches {
   struct Touch {
     TouchingPair pair;
     bool solved = false;         // `points` carry impulses
-    double earlier_impulse = 0;  // N*s along normals, of substeps before the one that `points` shows
+    double earlier_impulse = 0;  // N*s along normals, of substeps besides the one that `points` shows
     std::vector<EventContactPoint> points;
   };
 
@@ -54,7 +54,7 @@ class StepTouches {
   void ReportNow(const Touch& touch, bool was, std::vector<EventKind>& events) const;
   void ReportEnd(const TouchingPair& pair, std::vector<EventKind>& events) const;
   bool WillBeTold(const TouchingPair& pair) const;
-  void Collect(const ContactBuffer& contacts, const ContactPair& pair, Touch& touch) const;
+  void Collect(const ContactBuffer& contacts, const ContactPair& pair, std::vector<EventContactPoint>& points) const;
 
   const PairRule& rule_;
   const StateArrays& state_;

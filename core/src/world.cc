@@ -192,6 +192,7 @@ void World::Wake(EntityRow row) {
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();
+  layer_.half_steps[Index(row)].Forget();
   UpdateActive(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);
 }

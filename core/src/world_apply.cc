@@ -108,6 +108,7 @@ EntityId World::ApplyOne(const Command& command) {
     SetField(update->id, update->field);
   } else if (const auto* end = std::get_if<DeleteForceField>(&command)) {
     scene_.force_fields.erase(end->id);
+    RestartAll();
     WakeAll();
   }
   return EntityId();
@@ -117,7 +118,13 @@ void World::SetField(ForceFieldId id, ForceField field) {
   std::sort(field.entities.begin(), field.entities.end());
   if (auto* fluid = std::get_if<BuoyancyField>(&field.kind)) fluid->surface_normal.normalize();
   scene_.force_fields[id] = std::move(field);
+  RestartAll();
   WakeAll();
+}
+
+// Forces that came or went change from now on, not from the middle of the last substep on.
+void World::RestartAll() {
+  for (HalfStep& half : layer_.half_steps) half.Restart();
 }
 
 bool World::HasSpring(EntityId id) const {
@@ -129,6 +136,7 @@ bool World::HasSpring(EntityId id) const {
 
 void World::RemoveFieldsOf(EntityId id) {
   if (HasSpring(id)) WakeAll();
+  if (!scene_.force_fields.empty()) RestartAll();
   for (auto entry = scene_.force_fields.begin(); entry != scene_.force_fields.end();) {
     ForceField& field = entry->second;
     const auto* spring = std::get_if<SpringField>(&field.kind);
@@ -161,6 +169,7 @@ void World::Grow() {
   layer_.rest_times.resize(rows);
   layer_.moving.resize(rows);
   layer_.last_touches.resize(rows);
+  layer_.half_steps.resize(rows);
   layer_.faulted.resize(rows);
   active_.resize(rows);
   state_.Resize(static_cast<uint32_t>(rows));
@@ -179,6 +188,7 @@ void World::AttachBody(EntityRow entity) {
   layer_.rest_times[row] = 0;
   layer_.moving[row] = 0;
   layer_.last_touches[row].clear();
+  layer_.half_steps[row].Forget();
   active_[row] = false;
   if (!body) return;
   geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);
@@ -263,6 +273,7 @@ void World::Delete(EntityId id) {
   layer_.faulted[id.index()] = false;
   layer_.rest_times[id.index()] = 0;
   layer_.last_touches[id.index()].clear();
+  layer_.half_steps[id.index()].Forget();
   layer_.ids.Free(id);
   --entity_count_;
   RecordWoken();
@@ -304,6 +315,7 @@ void World::SetVelocityNow(const SetVelocity& command) {
   Revive(row);
   if (command.linear) state_.linear_velocities.col(slot) = *command.linear;
   if (command.angular) state_.angular_velocities.col(slot) = *command.angular;
+  layer_.half_steps[slot].Restart();
   if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
   WakeIslandOf(row);
   if (HasSpring(command.id)) WakeAll();
@@ -317,6 +329,7 @@ void World::SetPoseNow(const SetPose& command) {
   if (command.orientation) state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
   const EntityDesc& desc = *scene_.entities[slot]->desc;
   if (!desc.rigid_body) return;
+  layer_.half_steps[slot].Restart();
   Revive(row);
   if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
   contacts_stale_ = true;

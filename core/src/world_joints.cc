@@ -61,6 +61,7 @@ JointId World::Join(JointDesc joint) {
   ++joint_count_;
   const JointDesc& desc = scene_.joints[slot]->desc;
   if (!desc.collide_connected) SetTouchable(desc, false);
+  RestartJoined(desc);
   WakeJoined(desc);
   return id;
 }
@@ -82,6 +83,7 @@ void World::Rejoin(const UpdateJoint& command) {
 
 void World::Unjoin(JointId id) {
   std::optional<SceneJoint>& joint = scene_.joints[id.index()];
+  RestartJoined(joint->desc);
   WakeJoined(joint->desc);
   if (!joint->desc.collide_connected) SetTouchable(joint->desc, true);
   joint.reset();
@@ -124,6 +126,13 @@ void World::SetTouchable(const JointDesc& joint, bool touchable) {
 void World::WakeJoined(const JointDesc& joint) {
   for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
     if (!entity->is_world()) WakeIslandOf(EntityRow{entity->id.index()});
+  }
+}
+
+// What the joint gave until now is paid: from here on it gives more or nothing.
+void World::RestartJoined(const JointDesc& joint) {
+  for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
+    if (!entity->is_world()) layer_.half_steps[entity->id.index()].Restart();
   }
 }
 

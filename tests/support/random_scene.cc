@@ -213,7 +213,8 @@ class Builder {
     add(UniformField{.force = random_.Vector(0.01), .acceleration = random_.Vector(2)});
     add(DragField{.linear = random_.Uniform(0, 0.1), .quadratic = 0.1, .medium_velocity = random_.Vector(3)});
     add(PointGravityField{.center = random_.Vector(3), .strength = random_.Uniform(-2, 2), .softening = 0.5});
-    add(BuoyancyField{.surface_offset = 0.5, .fluid_density = 1000, .drag = {.linear = 1}});
+    // Thin, for a cork of a gram that takes the room of a person would leave water faster than any step can follow.
+    add(BuoyancyField{.surface_offset = 0.5, .fluid_density = 1, .drag = {.linear = 1}});
     if (movers_.size() < 2) return;
     const double mass = std::min(movers_[0].second, movers_[1].second);
     add(SpringField{

@@ -110,6 +110,11 @@ void ContactSolver::AddManifold(Body* a, Body* b, const MixedMaterial& material,
     point.m_positionWorldOnA = point.m_positionWorldOnB = ToBullet(points[i].position);
     point.m_combinedFriction = points[i].friction;
     point.m_appliedImpulse = warm_scale_ * warm_impulses[i].normal;
+    if (points[i].is_ahead) {
+      // Beyond the threshold the solver passes it over.
+      point.m_distance1 = BT_LARGE_FLOAT;
+      point.m_appliedImpulse = 0;
+    }
     point.m_userPersistentData = reinterpret_cast<void*>(points_.size());
     points_.push_back({&warm_impulses[i], material.rolling_friction, material.spinning_friction});
   }
@@ -226,6 +231,15 @@ btScalar ContactSolver::solveSingleIteration(int iteration, btCollisionObject** 
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) {
   btScalar residual = btSequentialImpulseConstraintSolver::solveSingleIteration(
       iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  // The engine passes over the friction of a contact that does not press, with what it was started from still in it.
+  for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
+    if (row.m_appliedImpulse == 0 || m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse > 0)
+      continue;
+    row.m_lowerLimit = row.m_upperLimit = 0;
+    resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
+                                      m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
+  }
   for (int i = 0; i < torsions_.size(); ++i) {
     btSolverConstraint& row = torsions_[i];
     row.m_upperLimit = row.m_friction * m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse;

@@ -50,6 +50,21 @@ Vector3 AcrossCylinder(const PlacedShape& a, const PlacedShape& b) {
   return {rotation[0], rotation[4], rotation[8]};
 }
 
+// Half-way between the surfaces, without their skins, where ODE tells on which of them its point is: what rolls has
+// its radius as the lever of friction, and no skin.
+void PutBetween(const PlacedShape& a, const PlacedShape& b, ContactPoint& point) {
+  const Vector3 half = point.depth / 2 * point.normal;
+  if (const Sphere* ball = std::get_if<Sphere>(&a.shape())) {
+    point.position = a.position() + ball->radius * point.normal - half;
+  } else if (const Sphere* other = std::get_if<Sphere>(&b.shape())) {
+    point.position = b.position() - other->radius * point.normal + half;
+  } else if (b.is_plane()) {
+    point.position -= a.Skin(point.normal) * point.normal + half;
+  } else if (a.is_plane()) {
+    point.position += b.Skin(point.normal) * point.normal + half;
+  }
+}
+
 uint32_t FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
   Manifold manifold;
   FindContacts(a.shape(), a.placement(), b.shape(), b.placement(), a.skin() + b.skin(), manifold);
@@ -76,6 +91,7 @@ uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<Cont
     point.normal = {contact.normal[0], contact.normal[1], contact.normal[2]};
     if (!point.normal.allFinite()) point.normal = AcrossCylinder(a, b);
     point.depth = contact.depth - a.Skin(point.normal) - b.Skin(point.normal);
+    PutBetween(a, b, point);
   }
   return static_cast<uint32_t>(kept);
 }

@@ -284,7 +284,7 @@ void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts
     const Side b = SideOf(pair.entity_b, state);
     if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      LoadContact(pair, contacts.points[i], i, a, b);
+      if (!contacts.points[i].is_ahead) LoadContact(pair, contacts.points[i], i, a, b);
     }
   }
 }

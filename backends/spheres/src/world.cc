@@ -114,7 +114,8 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   ContactSolver solver(state);
   for (const EntityRow row : rows) solver.AddMover(row, bodies_.at(row).mass);
   for (const ContactPair& pair : contacts.pairs) {
-    if (!pair.is_sensor) solver.AddContact(pair, contacts.points[pair.first_point]);
+    ContactPoint& point = contacts.points[pair.first_point];
+    if (!pair.is_sensor && !point.is_ahead) solver.AddContact(pair, point);
   }
   solver.Solve(step_size, settings_.iterations);
   for (const EntityRow row : rows) {

@@ -22,7 +22,8 @@ struct ContactPoint {
   double normal_impulse = 0;                   // N*s on b along the normal, of the last Solve(); zero before it
   Vector3 friction_impulse = Vector3::Zero();  // N*s on b, of the last Solve()
   Vector3 relative_velocity =
-      Vector3::Zero();  // of b against a at the point, before the solve, m/s; the layer fills it
+      Vector3::Zero();    // of b against a at the point, before the solve, m/s; the layer fills it
+  bool is_ahead = false;  // of a gap that the layer closes itself, as an impact: Solve() must not push here
 };
 
 /// Two geometries whose points follow each other in ContactBuffer::points.

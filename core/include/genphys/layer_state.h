@@ -57,6 +57,32 @@ struct LastTouch {
   std::vector<EventContactPoint> points;  // from the smaller id to the larger
 };
 
+/// What the leapfrog keeps of a moving body beside its columns, which show the true velocity at the step boundary. An
+/// engine moves bodies with the velocity of the middle of a substep; the second half of what acted in it is still owed
+/// to that velocity then. What acts from outside is paid when the next substep begins. What contacts and joints gave is
+/// shown, but paid only when they let go: the solver finds it anew, and feeding it back would keep its noise alive.
+struct HalfStep {
+  bool restarts = true;                     // the next substep begins with the columns, and the rest means nothing
+  bool in_flight = true;                    // nothing held or hit it in the last substep
+  bool has_past = false;                    // `held_rate` means something
+  uint8_t since_restart = 0;                // substeps, at most 255
+  Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass, in the middle of the last substep
+  Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world
+  Vector3 steady_kick = Vector3::Zero();    // m/s still owed by gravity and by forces that stay as they are
+  Vector3 steady_twist = Vector3::Zero();   // N*m*s, the same of torques
+  Vector3 held_velocity = Vector3::Zero();  // m/s still owed by contacts and joints
+  Vector3 held_momentum = Vector3::Zero();  // N*m*s
+  Vector3 held_rate = Vector3::Zero();      // m/s^2, by contacts and joints in the last substep
+
+  /// For how long (s) a solve acts on the velocity: from the middle of the last substep, of `last` seconds, to the
+  /// middle of the next one, of `h` seconds.
+  double Interval(double last, double h) const { return restarts ? h / 2 : (last + h) / 2; }
+  /// From now on the columns say all, as after a change from outside.
+  void Restart() { restarts = true; }
+  /// As before the first substep.
+  void Forget() { *this = HalfStep{}; }
+};
+
 /// All that the future depends on besides the description and the columns. Fields are written by Serialize() alone;
 /// one that it forgets does not compile.
 struct LayerState {
@@ -73,6 +99,8 @@ struct LayerState {
   IdAllocator joint_ids;
   std::vector<JointState> joints;                    // by slot of the joint's id
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
+  std::vector<HalfStep> half_steps;                  // by row
+  double last_substep = 0;                           // s
 };
 
 /// Appends every field of `state` to `bytes`, little-endian.

@@ -121,6 +121,7 @@ class World {
   void SetVelocityNow(const SetVelocity& command);
   void SetPoseNow(const SetPose& command);
   void SetField(ForceFieldId id, ForceField field);
+  void RestartAll();
   bool HasSpring(EntityId id) const;
   void RemoveFieldsOf(EntityId id);
   EntityId ApplyOne(const Command& command);
@@ -140,6 +141,7 @@ class World {
   void PlaceFrames(JointDesc& joint) const;
   void SetTouchable(const JointDesc& joint, bool touchable);
   void WakeJoined(const JointDesc& joint);
+  void RestartJoined(const JointDesc& joint);
 
   // Engine and activity (world.cc).
   void RebuildEngine();

@@ -9,7 +9,7 @@ namespace {
 
 // The part of an error that one substep takes away. The rest of the first order is what a whole one would overshoot by
 // when a solver stops early.
-constexpr double kCorrected = 0.8;
+constexpr double kCorrected = 1;
 // No error is taken away faster than this: what was joined far apart comes together without a bang.
 constexpr double kCorrectionSpeedMax = 10;  // m/s
 constexpr double kCorrectionSpinMax = 20;   // rad/s
@@ -32,6 +32,34 @@ Vector3 Log(const Quaternion& q) {
 }
 
 }  // namespace
+
+JointSide JointSide::Ahead(double time) const {
+  JointSide ahead = *this;
+  const double angle = angular_expected.norm() * time;
+  Quaternion turn = Quaternion::Identity();
+  if (angle > 0) turn = Quaternion(Eigen::AngleAxisd(angle, angular_expected.normalized()));
+  ahead.center = center + time * linear_expected;
+  ahead.frame = {ahead.center + turn * (frame.position - center), (turn * frame.orientation).normalized()};
+  return ahead;
+}
+
+// By how much more (m/s or rad/s) the coordinate changes in the step than its rate says.
+double RowWriter::Bend(const Coordinate& coordinate) {
+  if (positions_ != nullptr) {
+    positions_->push_back(coordinate.position);
+    return 0;
+  }
+  if (rows_ == nullptr || next_expected_ >= expected_.positions.size()) return 0;
+  const Vector3 relative = coordinate.is_angular()
+                               ? Vector3(b_.angular_expected - a_.angular_expected)
+                               : Vector3(b_.ExpectedAt(b_.frame.position) - a_.ExpectedAt(b_.frame.position));
+  const double straight = coordinate.axis.dot(relative) / coordinate.scale * step_size_;
+  double bend = expected_.positions[next_expected_++] - coordinate.position - straight;
+  if (coordinate.is_angular()) bend -= kTurn * std::round(bend / kTurn);
+  return expected_.trust * coordinate.scale * bend / step_size_;
+}
+
+void RowWriter::Lock(const Coordinate& coordinate) { LockAt(coordinate, 0, Bend(coordinate)); }
 
 Vector3 RowWriter::Offset() const { return a_.frame.orientation.conjugate() * (b_.frame.position - a_.frame.position); }
 
@@ -68,15 +96,15 @@ JointRow& RowWriter::Add(const Coordinate& coordinate) {
   return row;
 }
 
-void RowWriter::LockAt(const Coordinate& coordinate, double position) {
+void RowWriter::LockAt(const Coordinate& coordinate, double position, double bend) {
   if (rows_ == nullptr) return;
   const double error = coordinate.scale * (coordinate.position - position);
-  Add(coordinate).target = Correction(error, coordinate.is_angular());
+  Add(coordinate).target = Correction(error, coordinate.is_angular()) - bend;
 }
 
 void RowWriter::LockPoint() {
-  if (rows_ == nullptr) return;
   for (int i = 0; i < 3; ++i) Lock(Along(i));
+  if (rows_ == nullptr) return;
   const auto block = rows_->end() - 3;
   block->block = 3;
   const double softness = std::max({block[0].softness, block[1].softness, block[2].softness});
@@ -84,9 +112,9 @@ void RowWriter::LockPoint() {
 }
 
 void RowWriter::LockAcross() {
-  if (rows_ == nullptr) return;
   Lock(Along(0));
   Lock(Along(1));
+  if (rows_ == nullptr) return;
   const auto block = rows_->end() - 2;
   block->block = 2;
   block[0].softness = block[1].softness = std::max(block[0].softness, block[1].softness);
@@ -111,6 +139,8 @@ void RowWriter::LockTilt() {
 }
 
 void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
+  const double bend = Bend(coordinate);
+  if (positions_ != nullptr) return;
   double& noted = state_.positions[coordinate.place];
   if (coordinate.is_angular()) coordinate.position += kTurn * std::round((noted - coordinate.position) / kTurn);
   noted = coordinate.position;
@@ -119,14 +149,14 @@ void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
                                : Vector3(b_.VelocityAt(b_.frame.position) - a_.VelocityAt(b_.frame.position));
   state_.rates[coordinate.place] = coordinate.axis.dot(relative) / coordinate.scale;
   if (rows_ == nullptr) return;
-  WriteLimits(coordinate, axis.limits);
+  WriteLimits(coordinate, axis.limits, bend);
   if (axis.motor) WriteMotor(coordinate, *axis.motor, axis.limits);
   if (!axis.spring) return;
   WriteSoft(coordinate, axis.spring->stiffness, axis.spring->damping, axis.spring->rest, 0, JointRow::kUnbounded);
 }
 
-void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limits) {
-  if (limits.lower && limits.upper && *limits.lower >= *limits.upper) return LockAt(coordinate, *limits.lower);
+void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend) {
+  if (limits.lower && limits.upper && *limits.lower >= *limits.upper) return LockAt(coordinate, *limits.lower, bend);
   const double above = limits.lower ? coordinate.position - *limits.lower : JointRow::kUnbounded;
   const double below = limits.upper ? *limits.upper - coordinate.position : JointRow::kUnbounded;
   const bool is_lower = above < below;
@@ -157,7 +187,7 @@ void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, con
 
 void RowWriter::Bound(double force_max) {
   JointRow& row = rows_->back();
-  row.upper = force_max * step_size_;
+  row.upper = force_max * interval();
   row.lower = -row.upper;
   // What is too weak to be a number does nothing.
   if (!(row.upper > kLeastImpulse)) rows_->pop_back();
@@ -170,7 +200,7 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
   if (!(implicit > 0) || force_max == 0) return;
   JointRow& row = Add(coordinate);
   row.target = coordinate.scale * (stiffness * (rest - coordinate.position) + damping * rate) / implicit;
-  const double softness = coordinate.scale * coordinate.scale / (step_size_ * implicit);
+  const double softness = coordinate.scale * coordinate.scale / (interval() * implicit);
   // What is too weak to be felt must not be divided by.
   if (!(kLeastSoftness * softness <= kMostSoftness * row.softness)) return rows_->pop_back();
   row.softness = std::max(row.softness, softness);
@@ -178,6 +208,7 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
 }
 
 void RowWriter::LockGear(double ratio) {
+  if (positions_ != nullptr) return;
   const Vector3 axis_a = -ratio * a_.axis(2), axis_b = b_.axis(2);
   state_.rates[5] = axis_a.dot(a_.angular_velocity) + axis_b.dot(b_.angular_velocity);
   if (rows_ == nullptr) return;

@@ -1,4 +1,7 @@
 #pragma once
+#include <algorithm>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "genphys/joint.h"
@@ -14,11 +17,18 @@ struct JointSide {
   Vector3 linear_velocity = Vector3::Zero();   // of the centre of mass, m/s
   Vector3 angular_velocity = Vector3::Zero();  // rad/s, world
   double inverse_mass = 0;
-  Matrix3 inverse_tensor = Matrix3::Zero();  // world
+  Matrix3 inverse_tensor = Matrix3::Zero();                   // world
+  double interval = std::numeric_limits<double>::infinity();  // s for which the solve acts on it
+  // What the velocities will be if contacts and joints go on as in the last substep.
+  Vector3 linear_expected = Vector3::Zero();
+  Vector3 angular_expected = Vector3::Zero();
 
+  /// Where it will be in `time` seconds then.
+  JointSide Ahead(double time) const;
   bool is_movable() const { return inverse_mass > 0; }
   Vector3 axis(int i) const { return frame.orientation.toRotationMatrix().col(i); }
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
+  Vector3 ExpectedAt(const Vector3& point) const { return linear_expected + angular_expected.cross(point - center); }
 };
 
 /// A coordinate of a joint at the present poses: rate = axis * (relative velocity or spin) / scale.
@@ -30,15 +40,32 @@ struct Coordinate {
   bool is_angular() const { return place >= 3; }
 };
 
+/// The coordinates of a joint as they are expected at the end of the substep, in the order in which they are locked and
+/// driven, or none, and how far (0 to 1) they can be relied on.
+struct Foresight {
+  std::span<const double> positions;
+  double trust = 0;
+};
+
 /// Turns what a kind of joint says into rows, and notes its coordinates. All rows along a line act at the origin of
 /// frame b with axes fixed in a: that is the exact rate of the origin of b as seen from a, and no row can change the
-/// momentum of both together.
+/// momentum of both together. A row asks for a rate, and over a step of finite size a coordinate changes by more than
+/// its rate says, because frames turn; that is measured on the frames as they are expected at the end of the step and
+/// taken off, so that the coordinate itself is met there to second order (as by SHAKE: Ryckaert, Ciccotti and
+/// Berendsen, J. Comput. Phys. 23, 1977).
 class RowWriter {
  public:
   /// Without `rows` the coordinates alone are noted in `state`.
-  RowWriter(const JointSide& a, const JointSide& b, double step_size, JointState& state, std::vector<JointRow>* rows)
-      : a_(a), b_(b), step_size_(step_size), state_(state), rows_(rows) {}
+  RowWriter(const JointSide& a, const JointSide& b, double step_size, JointState& state, std::vector<JointRow>* rows,
+            const Foresight& expected)
+      : a_(a), b_(b), step_size_(step_size), state_(state), rows_(rows), expected_(expected) {}
 
+  /// Writes nothing, but lists the positions of all coordinates in the order in which they are locked and driven.
+  RowWriter(const JointSide& a, const JointSide& b, JointState& state, std::vector<double>& positions)
+      : a_(a), b_(b), step_size_(0), state_(state), rows_(nullptr), positions_(&positions) {}
+
+  /// For how long (s) the impulses of the rows act.
+  double interval() const { return std::min({a_.interval, b_.interval, 2 * step_size_}); }
   const JointSide& a() const { return a_; }
   const JointSide& b() const { return b_; }
 
@@ -58,15 +85,16 @@ class RowWriter {
   /// Holds both z axes parallel.
   void LockTilt();
   /// Holds the coordinate at zero.
-  void Lock(const Coordinate& coordinate) { LockAt(coordinate, 0); }
+  void Lock(const Coordinate& coordinate);
   /// Leaves the coordinate free but for what `axis` says, and notes it. Full turns are counted.
   void Drive(Coordinate coordinate, const JointAxis& axis);
   /// Ties both spins.
   void LockGear(double ratio);
 
  private:
-  void LockAt(const Coordinate& coordinate, double position);
-  void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits);
+  double Bend(const Coordinate& coordinate);
+  void LockAt(const Coordinate& coordinate, double position, double bend);
+  void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend);
   void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
   void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
                  double force_max);
@@ -80,6 +108,9 @@ class RowWriter {
   double step_size_;
   JointState& state_;
   std::vector<JointRow>* rows_;
+  std::vector<double>* positions_ = nullptr;
+  Foresight expected_;
+  size_t next_expected_ = 0;
 };
 
 }  // namespace genphys

@@ -1,0 +1,92 @@
+#include "impact_motion.h"
+
+#include "free_rotation.h"
+
+namespace genphys {
+namespace {
+
+Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time) {
+  const double angle = spin.norm() * time;
+  if (angle == 0) return orientation;
+  return (Quaternion(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
+}
+
+// Where a free body turns in `time`, which may be negative: with the opposite momentum it goes back the way it came.
+Quaternion TurnedFreely(const Quaternion& orientation, const Vector3& momentum, const MassProperties& mass,
+                        double time) {
+  if (time == 0) return orientation;
+  const Vector3 forward = time < 0 ? Vector3(-momentum) : momentum;
+  const double length = std::abs(time);
+  return Turned(orientation, MeanFreeSpin(orientation, forward, mass.inverse_tensor, length), length);
+}
+
+}  // namespace
+
+ImpactMotion ImpactMotion::Driven(const Pose& pose, const Vector3& linear_velocity, const Vector3& angular_velocity) {
+  ImpactMotion motion;
+  motion.pose_ = pose;
+  motion.linear_velocity_ = linear_velocity;
+  motion.momentum_ = angular_velocity;
+  return motion;
+}
+
+ImpactMotion ImpactMotion::Free(const Pose& pose, const MassProperties& mass, const Vector3& linear_velocity,
+                                const Vector3& angular_velocity, const Vector3& acceleration) {
+  ImpactMotion motion = Driven(pose, linear_velocity, WorldTensor(pose.orientation, mass.tensor) * angular_velocity);
+  motion.mass_ = &mass;
+  motion.acceleration_ = acceleration;
+  return motion;
+}
+
+Vector3 ImpactMotion::CenterAt(const Pose& pose) const {
+  return mass_ != nullptr ? pose.Transform(mass_->center_of_mass) : pose.position;
+}
+
+Pose ImpactMotion::PoseBefore(double time) const {
+  if (time == 0) return pose_;
+  if (mass_ == nullptr) {
+    return {pose_.position - time * linear_velocity_, Turned(pose_.orientation, -momentum_, time)};
+  }
+  const Vector3 center = CenterAt(pose_) - time * linear_velocity_ + time * time / 2 * acceleration_;
+  const Quaternion orientation = TurnedFreely(pose_.orientation, momentum_, *mass_, -time);
+  return {center - orientation * mass_->center_of_mass, orientation};
+}
+
+StruckBody ImpactMotion::BodyBefore(double time) const {
+  const Pose pose = PoseBefore(time);
+  StruckBody body;
+  body.center = CenterAt(pose);
+  body.linear_velocity = linear_velocity_ - time * acceleration_;
+  body.angular_velocity = momentum_;
+  if (mass_ == nullptr) return body;
+  body.inverse_mass = 1 / mass_->mass;
+  body.tensor = WorldTensor(pose.orientation, mass_->tensor);
+  body.inverse_tensor = WorldTensor(pose.orientation, mass_->inverse_tensor);
+  body.angular_velocity = body.inverse_tensor * momentum_;
+  return body;
+}
+
+StruckBody ImpactMotion::Coast(const StruckBody& struck, double time) const {
+  StruckBody body = struck;
+  body.linear_velocity += time * acceleration_;
+  return body;
+}
+
+ImpactMotion ImpactMotion::After(double time, const StruckBody& struck, const StruckBody& end) const {
+  ImpactMotion after = *this;
+  after.linear_velocity_ = end.linear_velocity;
+  after.momentum_ = struck.tensor * end.angular_velocity;
+  if (time == 0) return after;
+  const Quaternion before = PoseBefore(time).orientation;
+  const Vector3 mean = (struck.linear_velocity + end.linear_velocity) / 2;
+  const Vector3 momentum = struck.tensor * (struck.angular_velocity + end.angular_velocity) / 2;
+  const Quaternion orientation = TurnedFreely(before, momentum, *mass_, time);
+  after.pose_ = {struck.center + time * mean - orientation * mass_->center_of_mass, orientation};
+  return after;
+}
+
+Vector3 ImpactMotion::angular_velocity() const {
+  return mass_ == nullptr ? momentum_ : Vector3(WorldTensor(pose_.orientation, mass_->inverse_tensor) * momentum_);
+}
+
+}  // namespace genphys

@@ -1,0 +1,46 @@
+#pragma once
+#include "genphys/inertia.h"
+#include "genphys/math.h"
+#include "impact_solve.h"
+
+namespace genphys {
+
+/// How one body moves near the end of a substep as long as nothing hits it: with constant acceleration and angular
+/// momentum. Times are seconds before the end.
+class ImpactMotion {
+ public:
+  /// Something that nothing can move: at `pose`, moving with the given velocities.
+  static ImpactMotion Driven(const Pose& pose, const Vector3& linear_velocity, const Vector3& angular_velocity);
+
+  /// A body at its true velocity at the end, with what accelerates it (m/s^2).
+  static ImpactMotion Free(const Pose& pose, const MassProperties& mass, const Vector3& linear_velocity,
+                           const Vector3& angular_velocity, const Vector3& acceleration);
+
+  /// Where the entity's frame was.
+  Pose PoseBefore(double time) const;
+  /// How the body moved there.
+  StruckBody BodyBefore(double time) const;
+
+  /// The same body once it left from where it was `time` before the end as `struck`, and reached the end with the
+  /// velocities of `end` (equal to what free motion gives unless something still supported it).
+  ImpactMotion After(double time, const StruckBody& struck, const StruckBody& end) const;
+
+  bool is_movable() const { return mass_ != nullptr; }
+  const Pose& pose() const { return pose_; }
+  const Vector3& linear_velocity() const { return linear_velocity_; }
+  const Vector3& acceleration() const { return acceleration_; }
+  Vector3 angular_velocity() const;
+  /// `struck` moved on for `time` with its acceleration: velocities only, kg*m^2/s kept.
+  StruckBody Coast(const StruckBody& struck, double time) const;
+
+ private:
+  Vector3 CenterAt(const Pose& pose) const;
+
+  const MassProperties* mass_ = nullptr;  // null: nothing moves it
+  Pose pose_;                             // of the entity's frame, at the end
+  Vector3 linear_velocity_ = Vector3::Zero();
+  Vector3 momentum_ = Vector3::Zero();  // angular; the angular velocity of what nothing moves
+  Vector3 acceleration_ = Vector3::Zero();
+};
+
+}  // namespace genphys

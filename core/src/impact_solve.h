@@ -1,0 +1,47 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "genphys/math.h"
+
+namespace genphys {
+
+/// Velocity and inverse inertia of a body that is hit. Immovable ones have zero inverses.
+struct StruckBody {
+  Vector3 center = Vector3::Zero();            // of mass, m, world
+  Vector3 linear_velocity = Vector3::Zero();   // m/s
+  Vector3 angular_velocity = Vector3::Zero();  // rad/s, world
+  double inverse_mass = 0;
+  Matrix3 tensor = Matrix3::Zero();          // world
+  Matrix3 inverse_tensor = Matrix3::Zero();  // world
+
+  Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
+  void Push(const Vector3& impulse, const Vector3& point) {
+    linear_velocity += inverse_mass * impulse;
+    angular_velocity += inverse_tensor * (point - center).cross(impulse);
+  }
+};
+
+/// A point where two bodies collide.
+struct Blow {
+  uint32_t body_a = 0;  // index of the bodies
+  uint32_t body_b = 0;
+  Vector3 position = Vector3::Zero();  // m, world
+  Vector3 normal = Vector3::UnitZ();   // unit length, from a to b
+  double friction = 0;
+  double separation_speed = 0;        // m/s along the normal that is to be reached
+  double impulse = 0;                 // N*s on b along the normal: the result
+  Vector3 rubbing = Vector3::Zero();  // N*s on b across it: the result
+};
+
+/// Velocity of b against a at the blow, m/s.
+Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies);
+
+/// Half of m v^2 + w I w over all movable bodies, J.
+double KineticEnergy(std::span<const StruckBody> bodies);
+
+/// Finds the impulses with which the bodies separate as the blows ask (Newton's law of restitution), each within
+/// Coulomb's disc, by projected Gauss-Seidel, and applies them. What a blow has as impulses already stays part of them.
+void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies);
+
+}  // namespace genphys

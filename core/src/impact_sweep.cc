@@ -1,0 +1,91 @@
+#include "impact_sweep.h"
+
+#include <algorithm>
+
+#include "genphys/bounds.h"
+#include "genphys/proximity.h"
+
+namespace genphys {
+namespace {
+
+// Of its smallest half extent: who went less far in a step cannot have passed through anything unseen.
+constexpr double kUnseenWay = 0.8;
+
+class Sweeper {
+ public:
+  Sweeper(const ImpactWorld& world, BackendWorld& engine, const std::vector<Pose>& starts, double step_size)
+      : world_(world), engine_(engine), starts_(starts), step_size_(step_size), speed_(world, step_size) {}
+
+  void Sweep(const FlownWay& way, std::vector<SweptPair>& swept) {
+    const uint32_t row = Index(way.row);
+    const auto& body = world_.scene.entities[row]->desc->rigid_body;
+    if (!body || body->motion_type != MotionType::kDynamic) return;
+    const Pose end = world_.state.pose(way.row);
+    for (size_t i = 0; i < body->geometries.size(); ++i) {
+      const Geometry& geometry = body->geometries[i];
+      if (!IsConvex(geometry.shape)) continue;
+      const Placement start = ToPlacement(way.start.Transform(geometry.pose_in_entity));
+      const Vector3 translation = end.Transform(geometry.pose_in_entity.position) - start.position;
+      if (translation.norm() <= kUnseenWay * SmallestHalfExtent(geometry.shape)) continue;
+      SweepGeometry(way, world_.geometry_rows[row][i], geometry, start, translation, swept);
+    }
+  }
+
+ private:
+  void SweepGeometry(const FlownWay& way, GeometryRow own, const Geometry& geometry, const Placement& start,
+                     const Vector3& translation, std::vector<SweptPair>& swept) {
+    const Bounds bounds = BoundsOf(geometry.shape, start);
+    found_.clear();
+    engine_.FindInBounds(bounds.Union({bounds.min + translation, bounds.max + translation}), found_);
+    std::sort(found_.begin(), found_.end(), [&](GeometryRow a, GeometryRow b) { return world_.rule.Before(a, b); });
+    for (const GeometryRow other : found_) {
+      if (world_.rule.Decide(own, other) != PairRule::Verdict::kCollide) continue;
+      Meet(way, own, geometry, start, translation, other, swept);
+    }
+  }
+
+  void Meet(const FlownWay& way, GeometryRow own, const Geometry& geometry, const Placement& start,
+            const Vector3& translation, GeometryRow other, std::vector<SweptPair>& swept) const {
+    const EntityRow target = world_.rule.info(other).entity;
+    const auto& rows = world_.geometry_rows[Index(target)];
+    const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
+    const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
+    const Pose now = world_.state.pose(target);
+    // Where the target was when this way began, of the whole substep's way of its own.
+    const Pose before{now.position - part_of(way) * (now.position - starts_[Index(target)].position), now.orientation};
+    const std::optional<ShapeHit> hit =
+        SweepShape(geometry.shape, start, translation - (now.position - before.position), there.shape,
+                   ToPlacement(before.Transform(there.pose_in_entity)));
+    if (!hit || !(hit->fraction > 0)) return;
+    SweptPair pair{way.row, target, own, other, (1 - hit->fraction) * way.time, 0};
+    const Vector3 relative = (translation - (now.position - before.position)) / way.time;
+    pair.closing = -relative.dot(hit->normal);
+    if (!(pair.closing > speed_.Of(way.row, target, hit->normal))) return;
+    if (!world_.rule.Before(own, other)) {
+      std::swap(pair.entity_a, pair.entity_b);
+      std::swap(pair.geometry_a, pair.geometry_b);
+    }
+    swept.push_back(pair);
+  }
+
+  double part_of(const FlownWay& way) const { return way.time / step_size_; }
+
+  const ImpactWorld& world_;
+  BackendWorld& engine_;
+  const std::vector<Pose>& starts_;
+  double step_size_;
+  ImpactSpeed speed_;
+  std::vector<GeometryRow> found_;
+};
+
+}  // namespace
+
+std::vector<SweptPair> FindSwept(const ImpactWorld& world, BackendWorld& engine, std::span<const FlownWay> ways,
+                                 const std::vector<Pose>& starts, double step_size) {
+  Sweeper sweeper(world, engine, starts, step_size);
+  std::vector<SweptPair> swept;
+  for (const FlownWay& way : ways) sweeper.Sweep(way, swept);
+  return swept;
+}
+
+}  // namespace genphys

@@ -1,0 +1,23 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "genphys/backend.h"
+#include "impacts.h"
+
+namespace genphys {
+
+/// The way of a body to where it is now.
+struct FlownWay {
+  EntityRow row{};
+  Pose start;       // of the entity's frame
+  double time = 0;  // s that it took
+};
+
+/// What the bodies of `ways` flew into on their ways and may be out of again, for those that went so far that the test
+/// at the end may have missed it. `starts` are the poses, by row, where the substep began. Geometries are taken along
+/// the chord of their way, without turning.
+std::vector<SweptPair> FindSwept(const ImpactWorld& world, BackendWorld& engine, std::span<const FlownWay> ways,
+                                 const std::vector<Pose>& starts, double step_size);
+
+}  // namespace genphys

@@ -1,0 +1,347 @@
+#include "impacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace genphys {
+namespace {
+
+// m/s on top of what acceleration alone brings up in a substep.
+constexpr double kImpactSpeedMin = 1e-3;
+// m: as deep as this two bodies are in touch, for rounding leaves gaps between what was put together.
+constexpr double kDepthMin = -1e-9;
+// Deeper than so many times what the closing speed covers in a substep is no impact of this substep.
+constexpr double kFreshDepth = 1.5;
+// Of the substep: impacts of one body that are nearer to each other happen at once.
+constexpr double kSameTime = 0.05;
+// More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
+constexpr size_t kRefinedMax = 8;
+constexpr int kLooksMax = 14;
+// How deep (m, and of the way of a substep) an impact in time may be.
+constexpr double kTimedDepth = 2e-7;
+constexpr double kTimedPart = 1e-5;
+// How far from touching (m, and of the way of a substep) the other corners of what lands flat may be.
+constexpr double kFlatGap = 2e-5;
+constexpr double kFlatPart = 0.03;
+// m/s: points that slide faster have the kinetic coefficient.
+constexpr double kSlidingSpeed = 1e-2;
+// Kinetic energy may grow by rounding only.
+constexpr double kEnergySlack = 1e-12;
+constexpr int kEnergyBisections = 30;
+
+}  // namespace
+
+bool ImpactSpeed::IsInFlight(EntityRow row) const {
+  return !world_.active[Index(row)] || world_.layer.half_steps[Index(row)].in_flight;
+}
+
+double ImpactSpeed::Of(EntityRow a, EntityRow b, const Vector3& normal) const {
+  const double pull_a = world_.accelerations[Index(a)].dot(normal), pull_b = world_.accelerations[Index(b)].dot(normal);
+  if (IsInFlight(a) && IsInFlight(b)) return kImpactSpeedMin + std::abs(pull_b - pull_a) * step_size_;
+  return kImpactSpeedMin + 2 * std::max(std::abs(pull_a), std::abs(pull_b)) * step_size_;
+}
+
+bool ImpactSpeed::IsFree(const ContactPair& pair) const {
+  const auto flies = [&](EntityRow row, GeometryRow geometry) {
+    if (!world_.active[Index(row)] || !world_.rule.info(geometry).is_dynamic) return false;
+    return world_.layer.half_steps[Index(row)].in_flight || world_.flew[Index(row)] != 0;
+  };
+  return flies(pair.entity_a, pair.geometry_a) || flies(pair.entity_b, pair.geometry_b);
+}
+
+Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
+    : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size) {}
+
+bool Impacts::Solve(const ContactBuffer& contacts, std::span<const SweptPair> swept) {
+  moved_.clear();
+  Find(contacts, swept);
+  if (candidates_.empty()) return false;
+  struck_index_.resize(world_.state.rows(), -1);
+  earliest_.resize(world_.state.rows(), 0);
+  KeepEarliest();
+  for (Candidate& candidate : candidates_) {
+    if (candidate.time > 0 && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
+  }
+  CollectStruck();
+  blows_.clear();
+  blow_pairs_.clear();
+  for (const Candidate& candidate : candidates_) AddBlows(contacts, candidate);
+  if (!blows_.empty()) {
+    Restitute();
+    Record();
+    Apply(RestOfStep());
+  }
+  for (const Struck& struck : struck_) struck_index_[Index(struck.row)] = -1;
+  return !blows_.empty();
+}
+
+void Impacts::Find(const ContactBuffer& contacts, std::span<const SweptPair> swept) {
+  candidates_.clear();
+  for (const ContactPair& pair : contacts.pairs) {
+    if (const std::optional<Candidate> candidate = Judge(contacts, pair)) candidates_.push_back(*candidate);
+  }
+  for (const SweptPair& pair : swept) {
+    const auto known = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
+      return candidate.pair.geometry_a == pair.geometry_a && candidate.pair.geometry_b == pair.geometry_b;
+    });
+    const ContactPair as_contact{.entity_a = pair.entity_a,
+                                 .entity_b = pair.entity_b,
+                                 .geometry_a = pair.geometry_a,
+                                 .geometry_b = pair.geometry_b,
+                                 .material = world_.rule.Mixed(pair.geometry_a, pair.geometry_b)};
+    const Candidate candidate{.pair = as_contact, .time = pair.time, .closing = pair.closing, .is_swept = true};
+    if (known == candidates_.end()) {
+      candidates_.push_back(candidate);
+    } else if (known->time < pair.time) {
+      *known = candidate;
+    }
+  }
+}
+
+// The impact of this pair, if its points say that there was one.
+std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
+  if (pair.is_sensor) return std::nullopt;
+  const bool is_free = speed_.IsFree(pair);
+  if (!is_free && pair.material.restitution == 0) return std::nullopt;
+  std::optional<Candidate> found;
+  for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+    const ContactPoint& point = contacts.points[i];
+    if (point.depth < kDepthMin) continue;
+    const double closing = -point.relative_velocity.dot(point.normal);
+    if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) continue;
+    double time = 0;
+    if (rewinds_ && is_free && point.depth > 0 && point.depth <= kFreshDepth * closing * step_size_) {
+      const Vector3 pull = world_.accelerations[Index(pair.entity_b)] - world_.accelerations[Index(pair.entity_a)];
+      const double square = closing * closing + 2 * pull.dot(point.normal) * point.depth;
+      time = square > 0 ? 2 * point.depth / (closing + std::sqrt(square)) : point.depth / closing;
+      time = std::min(time, step_size_);
+    }
+    if (!found || time > found->time) found = Candidate{.pair = pair, .time = time, .closing = closing};
+  }
+  return found;
+}
+
+// A body's later impacts wait until the earlier ones have changed its way.
+void Impacts::KeepEarliest() {
+  for (const Candidate& c : candidates_) earliest_[Index(c.pair.entity_a)] = earliest_[Index(c.pair.entity_b)] = 0;
+  const auto is_moved = [&](EntityRow row) { return world_.active[Index(row)] != 0; };
+  for (const Candidate& c : candidates_) {
+    for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
+      if (is_moved(row)) earliest_[Index(row)] = std::max(earliest_[Index(row)], c.time);
+    }
+  }
+  std::erase_if(candidates_, [&](const Candidate& c) {
+    const double first = std::max(earliest_[Index(c.pair.entity_a)], earliest_[Index(c.pair.entity_b)]);
+    return c.time < first - kSameTime * step_size_;
+  });
+  std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+    const auto key = [&](const Candidate& c) {
+      return std::tuple(world_.state.ids[Index(c.pair.entity_a)], world_.state.ids[Index(c.pair.entity_b)],
+                        world_.rule.info(c.pair.geometry_a).geometry_id,
+                        world_.rule.info(c.pair.geometry_b).geometry_id);
+    };
+    return key(a) < key(b);
+  });
+}
+
+const Geometry& Impacts::GeometryAt(GeometryRow row) const {
+  const EntityRow entity = world_.rule.info(row).entity;
+  const std::vector<GeometryRow>& rows = world_.geometry_rows[Index(entity)];
+  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
+  return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
+}
+
+Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double time) const {
+  return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
+}
+
+ImpactMotion Impacts::MotionOf(EntityRow entity) const {
+  const uint32_t row = Index(entity);
+  const SceneEntity& scene_entity = *world_.scene.entities[row];
+  const Pose pose = world_.state.pose(entity);
+  const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
+  const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
+  if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
+  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, world_.accelerations[row]);
+}
+
+void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
+  const ImpactMotion a = MotionOf(pair.entity_a), b = MotionOf(pair.entity_b);
+  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
+               Placed(pair.geometry_b, b, time_b), gap, manifold);
+}
+
+// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen.
+void Impacts::Refine(Candidate& candidate) const {
+  const double way = candidate.closing * step_size_;
+  const double tolerance = kTimedDepth + kTimedPart * way;
+  const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
+  const bool flies_a = speed_.IsInFlight(candidate.pair.entity_a), flies_b = speed_.IsInFlight(candidate.pair.entity_b);
+  double touching = candidate.is_swept ? 0 : -1, apart = step_size_, time = candidate.time;
+  Manifold manifold;
+  for (int look = 0; look < kLooksMax; ++look) {
+    FindMeeting(candidate.pair, flies_a ? time : 0, flies_b ? time : 0, gap, manifold);
+    double depth = -gap;
+    for (int i = 0; i < manifold.count; ++i) depth = std::max(depth, manifold.points[static_cast<size_t>(i)].depth);
+    if (depth >= 0 && depth <= tolerance) break;
+    (depth > 0 ? touching : apart) = time;
+    // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
+    double next = time + (depth - tolerance / 2) / candidate.closing;
+    if (!(next > touching && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
+    if (next == time) break;
+    time = next;
+  }
+  candidate.time = time;
+}
+
+void Impacts::AddStruck(EntityRow row, double time) {
+  int& index = struck_index_[Index(row)];
+  if (index < 0) {
+    index = static_cast<int>(struck_.size());
+    struck_.push_back({row, MotionOf(row), 0});
+  }
+  // What nothing can move is where it is at the time of whom it meets, which is the same for all of one moment.
+  if (speed_.IsInFlight(row)) {
+    Struck& struck = struck_[static_cast<size_t>(index)];
+    struck.time = std::max(struck.time, time);
+  }
+}
+
+void Impacts::CollectStruck() {
+  struck_.clear();
+  bodies_.clear();
+  for (const Candidate& candidate : candidates_) {
+    AddStruck(candidate.pair.entity_a, candidate.time);
+    AddStruck(candidate.pair.entity_b, candidate.time);
+  }
+  for (const Struck& struck : struck_) bodies_.push_back(struck.motion.BodyBefore(struck.time));
+}
+
+void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal) {
+  blows_.push_back({.body_a = static_cast<uint32_t>(struck_index_[Index(candidate.pair.entity_a)]),
+                    .body_b = static_cast<uint32_t>(struck_index_[Index(candidate.pair.entity_b)]),
+                    .position = position,
+                    .normal = normal});
+  blow_pairs_.push_back(&candidate);
+}
+
+void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate) {
+  const ContactPair& pair = candidate.pair;
+  const double time_a = struck_[static_cast<size_t>(struck_index_[Index(pair.entity_a)])].time;
+  const double time_b = struck_[static_cast<size_t>(struck_index_[Index(pair.entity_b)])].time;
+  if (candidate.time > 0) {
+    Manifold manifold;
+    const double gap = std::max(kFlatGap, kFlatPart * candidate.closing * step_size_);
+    FindMeeting(pair, time_a, time_b, gap, manifold);
+    for (int i = 0; i < manifold.count; ++i) {
+      const MeetingPoint& point = manifold.points[static_cast<size_t>(i)];
+      AddBlow(candidate, point.position, point.normal);
+    }
+    if (manifold.count > 0) return;
+  }
+  for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+    const ContactPoint& point = contacts.points[i];
+    if (point.depth >= kDepthMin) AddBlow(candidate, point.position, point.normal);
+  }
+}
+
+void Impacts::Restitute() {
+  approaches_.clear();
+  bool is_driven = false;
+  for (const StruckBody& body : bodies_) {
+    is_driven =
+        is_driven || (body.inverse_mass == 0 && !(body.linear_velocity.isZero(0) && body.angular_velocity.isZero(0)));
+  }
+  for (size_t i = 0; i < blows_.size(); ++i) {
+    Blow& blow = blows_[i];
+    const MixedMaterial& material = blow_pairs_[i]->pair.material;
+    const Vector3 approach = RelativeVelocity(blow, bodies_);
+    const double closing = -approach.dot(blow.normal);
+    const ContactPair& pair = blow_pairs_[i]->pair;
+    const bool bounces = closing > speed_.Of(pair.entity_a, pair.entity_b, blow.normal);
+    blow.separation_speed = bounces ? material.restitution * closing : 0;
+    const bool slides = (approach + closing * blow.normal).norm() > kSlidingSpeed;
+    blow.friction = slides ? material.kinetic_friction : material.friction;
+    approaches_.push_back(approach);
+  }
+  const std::vector<StruckBody> before = bodies_;
+  const std::vector<Blow> asked = blows_;
+  SolveBlows(blows_, bodies_);
+  const double allowed = (1 + kEnergySlack) * KineticEnergy(before);
+  if (is_driven || KineticEnergy(bodies_) <= allowed) return;
+  // Newton's law at several points at once, with friction, can ask for more than there is (Kane's paradox).
+  double low = 0, high = 1;
+  for (int i = 0; i < kEnergyBisections; ++i) {
+    const double part = i + 1 < kEnergyBisections ? (low + high) / 2 : low;
+    bodies_ = before;
+    blows_ = asked;
+    for (Blow& blow : blows_) blow.separation_speed *= part;
+    SolveBlows(blows_, bodies_);
+    (KineticEnergy(bodies_) <= allowed ? low : high) = part;
+  }
+}
+
+// How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.
+std::vector<StruckBody> Impacts::RestOfStep() const {
+  std::vector<StruckBody> ends;
+  for (size_t i = 0; i < struck_.size(); ++i) ends.push_back(struck_[i].motion.Coast(bodies_[i], struck_[i].time));
+  std::vector<Blow> supports;
+  for (size_t i = 0; i < blows_.size(); ++i) {
+    const ContactPair& pair = blow_pairs_[i]->pair;
+    const double leaving = RelativeVelocity(blows_[i], bodies_).dot(blows_[i].normal);
+    if (leaving > speed_.Of(pair.entity_a, pair.entity_b, blows_[i].normal)) continue;
+    Blow support = blows_[i];
+    support.impulse = support.separation_speed = 0;
+    support.rubbing.setZero();
+    supports.push_back(support);
+  }
+  SolveBlows(supports, ends);
+  return ends;
+}
+
+void Impacts::Record() {
+  for (size_t i = 0; i < blows_.size(); ++i) {
+    if (i == 0 || blow_pairs_[i] != blow_pairs_[i - 1]) {
+      ContactPair pair = blow_pairs_[i]->pair;
+      pair.first_point = static_cast<uint32_t>(impulses_.points.size());
+      pair.point_count = 0;
+      impulses_.pairs.push_back(pair);
+    }
+    ++impulses_.pairs.back().point_count;
+    const Blow& blow = blows_[i];
+    impulses_.points.push_back({.position = blow.position,
+                                .normal = blow.normal,
+                                .friction = blow.friction,
+                                .normal_impulse = blow.impulse,
+                                .friction_impulse = blow.rubbing,
+                                .relative_velocity = approaches_[i]});
+  }
+}
+
+void Impacts::Apply(const std::vector<StruckBody>& ends) {
+  for (size_t i = 0; i < struck_.size(); ++i) {
+    const Struck& struck = struck_[i];
+    if (!struck.motion.is_movable()) continue;
+    const uint32_t row = Index(struck.row);
+    HalfStep& half = world_.layer.half_steps[row];
+    if (struck.time > 0) {
+      moved_.push_back({struck.row, struck.time, struck.motion.PoseBefore(struck.time)});
+      const ImpactMotion after = struck.motion.After(struck.time, bodies_[i], ends[i]);
+      world_.state.set_pose(struck.row, after.pose());
+      world_.state.linear_velocities.col(row) = after.linear_velocity();
+      world_.state.angular_velocities.col(row) = after.angular_velocity();
+      half.Restart();
+      continue;
+    }
+    const Vector3 gained = ends[i].linear_velocity - world_.state.linear_velocities.col(row);
+    const Vector3 turned = ends[i].angular_velocity - world_.state.angular_velocities.col(row);
+    world_.state.linear_velocities.col(row) = ends[i].linear_velocity;
+    world_.state.angular_velocities.col(row) = ends[i].angular_velocity;
+    half.velocity += gained;
+    half.momentum += ends[i].tensor * turned;
+  }
+  std::sort(moved_.begin(), moved_.end(), [](const Moved& a, const Moved& b) { return a.row < b.row; });
+}
+
+}  // namespace genphys

@@ -1,0 +1,124 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "genphys/contact.h"
+#include "genphys/layer_state.h"
+#include "genphys/narrow_phase.h"
+#include "genphys/pair_rule.h"
+#include "genphys/scene.h"
+#include "genphys/state.h"
+#include "impact_motion.h"
+
+namespace genphys {
+
+/// What the impacts of a substep need to know of the world. All of it outlives them.
+struct ImpactWorld {
+  const Scene& scene;
+  StateArrays& state;
+  LayerState& layer;
+  const PairRule& rule;
+  const std::vector<std::vector<GeometryRow>>& geometry_rows;
+  const std::vector<uint8_t>& active;
+  const std::vector<Vector3>& accelerations;  // m/s^2 from outside, by row
+  const std::vector<uint8_t>& flew;           // by row: it was in flight before the solve of this substep
+};
+
+/// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
+class ImpactSpeed {
+ public:
+  ImpactSpeed(const ImpactWorld& world, double step_size) : world_(world), step_size_(step_size) {}
+
+  double Of(EntityRow a, EntityRow b, const Vector3& normal) const;
+  /// Nothing held or hit it in the last substep. What cannot be moved counts as well.
+  bool IsInFlight(EntityRow row) const;
+  /// Whether an impact of this pair is solved apart from the engine even without restitution. Those that are held
+  /// already come to rest on each other in the engine, together with all that holds them.
+  bool IsFree(const ContactPair& pair) const;
+
+ private:
+  const ImpactWorld& world_;
+  double step_size_;
+};
+
+/// A pair that one body flew into, maybe out of again, since the substep began.
+struct SweptPair {
+  EntityRow entity_a{};  // as in a ContactPair
+  EntityRow entity_b{};
+  GeometryRow geometry_a{};
+  GeometryRow geometry_b{};
+  double time = 0;     // s before the end of the substep
+  double closing = 0;  // m/s, then
+};
+
+/// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
+/// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
+/// laws of Newton and Coulomb, and run forward again. Bodies that contacts or joints hold are not taken back: of them
+/// the velocities alone change.
+class Impacts {
+ public:
+  /// Without `rewinds` all impacts are those of the present moment.
+  Impacts(const ImpactWorld& world, double step_size, bool rewinds);
+
+  /// Solves the earliest impacts among `contacts` (at the present poses) and `swept`. False: there are none left.
+  bool Solve(const ContactBuffer& contacts, std::span<const SweptPair> swept);
+
+  /// Whom the last Solve() put elsewhere, ascending, and how long before the end (s) it was hit.
+  struct Moved {
+    EntityRow row{};
+    double time = 0;
+    Pose struck;  // where it was when it was hit
+  };
+  const std::vector<Moved>& moved() const { return moved_; }
+
+  /// What all impacts so far passed on, in canonical order within each Solve().
+  const ContactBuffer& impulses() const { return impulses_; }
+
+ private:
+  struct Candidate {
+    ContactPair pair;
+    double time = 0;     // s before the end
+    double closing = 0;  // m/s
+    bool is_swept = false;
+  };
+  struct Struck {
+    EntityRow row{};
+    ImpactMotion motion;
+    double time = 0;  // s before the end at which it is hit
+  };
+
+  void Find(const ContactBuffer& contacts, std::span<const SweptPair> swept);
+  std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
+  void KeepEarliest();
+  void Refine(Candidate& candidate) const;
+  void CollectStruck();
+  void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
+  void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
+  void Restitute();
+  std::vector<StruckBody> RestOfStep() const;
+  void Record();
+  void Apply(const std::vector<StruckBody>& ends);
+  ImpactMotion MotionOf(EntityRow row) const;
+  void AddStruck(EntityRow row, double time);
+  void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
+  Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
+  const Geometry& GeometryAt(GeometryRow row) const;
+
+  const ImpactWorld& world_;
+  double step_size_;
+  bool rewinds_;
+  ImpactSpeed speed_;
+  std::vector<Candidate> candidates_;
+  std::vector<Struck> struck_;
+  std::vector<int> struck_index_;   // by row; -1: none
+  std::vector<StruckBody> bodies_;  // of struck_, at their times
+  std::vector<Blow> blows_;
+  std::vector<const Candidate*> blow_pairs_;  // of each blow
+  std::vector<Vector3> approaches_;           // m/s, relative velocity at each blow before it
+  std::vector<double> earliest_;              // by row, scratch
+  std::vector<Moved> moved_;
+  ContactBuffer impulses_;
+};
+
+}  // namespace genphys

@@ -1,0 +1,113 @@
+// What the layer tells the engine of contacts before a solve: how rough they are, and which of them are impacts to
+// come.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "impact_sweep.h"
+#include "step_run.h"
+
+namespace genphys {
+namespace {
+
+// m/s: points that slide faster have the kinetic coefficient.
+constexpr double kSlidingSpeed = 1e-2;
+// More impacts one after the other than this are left to the next substep.
+constexpr int kWavesMax = 32;
+
+}  // namespace
+
+Vector3 StepRun::CenterOf(EntityRow row) const {
+  return state_.pose(row).Transform(world_.scene_.entities[Index(row)]->mass.center_of_mass);
+}
+
+Vector3 StepRun::VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const {
+  const Vector3 spin = state_.angular_velocities.col(Index(row));
+  return state_.linear_velocities.col(Index(row)) + spin.cross(point - center);
+}
+
+void StepRun::FillRelativeVelocities() {
+  ContactBuffer& contacts = world_.contacts_;
+  for (const ContactPair& pair : contacts.pairs) {
+    const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      ContactPoint& point = contacts.points[i];
+      point.relative_velocity =
+          VelocityAt(pair.entity_b, center_b, point.position) - VelocityAt(pair.entity_a, center_a, point.position);
+    }
+  }
+}
+
+void StepRun::PrepareContacts(double h) {
+  ContactBuffer& contacts = world_.contacts_;
+  const ImpactWorld surroundings = Surroundings();
+  const ImpactSpeed impact_speed(surroundings, h);
+  for (const Mover& mover : movers_) {
+    flew_[Index(mover.row)] = world_.layer_.half_steps[Index(mover.row)].in_flight;
+  }
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor) continue;
+    const bool is_solved_apart = pair.material.restitution > 0 || impact_speed.IsFree(pair);
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      ContactPoint& point = contacts.points[i];
+      // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
+      const double closing = -point.relative_velocity.dot(point.normal);
+      const bool slides = (point.relative_velocity + closing * point.normal).norm() > kSlidingSpeed;
+      point.friction = slides ? pair.material.kinetic_friction : pair.material.friction;
+      point.is_ahead = is_solved_apart && point.depth < 0 &&
+                       (point.depth < -kReleaseGap ||
+                        std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
+    }
+  }
+}
+
+// A solve acts for the time between the middles of two substeps; what is told of it are the impulses of one substep.
+void StepRun::ShareImpulses(double h) {
+  const LayerState& layer = world_.layer_;
+  ContactBuffer& contacts = world_.contacts_;
+  for (const ContactPair& pair : contacts.pairs) {
+    double interval = std::numeric_limits<double>::infinity();
+    for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
+      if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
+      interval = std::min(interval, layer.half_steps[Index(row)].Interval(layer.last_substep, h));
+    }
+    if (interval == h || !std::isfinite(interval)) continue;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      contacts.points[i].normal_impulse *= h / interval;
+      contacts.points[i].friction_impulse *= h / interval;
+    }
+  }
+}
+
+ImpactWorld StepRun::Surroundings() {
+  return {world_.scene_,         state_,         world_.layer_,  world_.rule_,
+          world_.geometry_rows_, world_.active_, accelerations_, flew_};
+}
+
+void StepRun::ResolveImpacts(double h, bool after_move) {
+  const ImpactWorld surroundings = Surroundings();
+  Impacts impacts(surroundings, h, after_move);
+  std::vector<FlownWay> ways;
+  if (after_move) {
+    for (const Mover& mover : movers_) ways.push_back({mover.row, starts_[Index(mover.row)], h});
+  }
+  for (int wave = 0; wave < kWavesMax; ++wave) {
+    FillRelativeVelocities();
+    const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.engine_, ways, starts_, h);
+    if (!impacts.Solve(world_.contacts_, swept)) break;
+    ways.clear();
+    if (impacts.moved().empty()) continue;
+    std::vector<EntityRow> rows;
+    for (const Impacts::Moved& moved : impacts.moved()) {
+      ways.push_back({moved.row, moved.struck, moved.time});
+      rows.push_back(moved.row);
+    }
+    world_.engine_->WriteState(rows, state_);
+    RetireStrays();
+    CollideAndWake();
+  }
+  touches_.AddSolved(impacts.impulses());
+  Mark("impacts");
+}
+
+}  // namespace genphys

@@ -1,0 +1,206 @@
+// How forces act in a substep: the leapfrog of every body, around the solve of its contacts and joints.
+#include <algorithm>
+#include <cmath>
+
+#include "free_rotation.h"
+#include "genphys/limits.h"
+#include "step_run.h"
+
+namespace genphys {
+namespace {
+
+// Substeps for which what contacts and joints owe is not paid again: paying it at every substep would let the solver's
+// noise swing back and forth, which otherwise dies out in the first one.
+constexpr uint8_t kRestartPause = 8;
+// Accelerations that differ by less than this part of the larger one are the same.
+constexpr double kSameForce = 1e-12;
+// What contacts and joints give changed by this part of the larger value, and is this many times what acts from
+// outside: a blow, and no part of a smooth course that could be carried on.
+constexpr double kBlowChange = 0.5;
+constexpr double kBlowSize = 1.5;
+
+Vector3 Limited(const Vector3& velocity, const std::optional<double>& speed_max) {
+  if (!speed_max) return velocity;
+  const double speed = velocity.norm();
+  return speed > *speed_max ? Vector3(velocity * (*speed_max / speed)) : velocity;
+}
+
+bool IsSame(const Vector3& a, const Vector3& b) { return (a - b).norm() <= kSameForce * std::max(a.norm(), b.norm()); }
+
+bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
+  const double size = rate.norm();
+  return size > kBlowSize * outside.norm() &&
+         (rate - half.held_rate).norm() > kBlowChange * std::max(size, half.held_rate.norm());
+}
+
+}  // namespace
+
+void StepRun::GatherForces() {
+  wrenches_.clear();
+  if (world_.layer_.forces.empty()) return;
+  wrenches_.resize(state_.rows());
+  for (const PendingForce& pending : world_.layer_.forces) {
+    const EntityRow row{pending.id.index()};
+    const Pose pose = state_.pose(row);
+    const bool own = pending.coordinates == Coordinates::kEntity;
+    const Vector3 force = own ? Vector3(pose.orientation * pending.force) : pending.force;
+    Wrench& sum = wrenches_[Index(row)];
+    sum.force += force;
+    sum.torque += own ? Vector3(pose.orientation * pending.torque) : pending.torque;
+    if (pending.at_center_of_mass) continue;
+    const Vector3& center = world_.scene_.entities[Index(row)]->mass.center_of_mass;
+    sum.torque += (pose.orientation * (pending.point - center)).cross(force);
+  }
+}
+
+void StepRun::GatherFields(double h) {
+  field_wrenches_.clear();
+  if (fields_.empty()) return;
+  field_wrenches_.resize(state_.rows());
+  fields_.Add(rows_, h, field_wrenches_);
+}
+
+// Gravity and the forces of commands, which are known wherever the body is.
+StepRun::Push StepRun::SteadyPush(EntityRow row) const {
+  const SceneEntity& entity = *world_.scene_.entities[Index(row)];
+  Push push{entity.desc->rigid_body->gravity_scale * world_.scene_.world.gravity, Vector3::Zero()};
+  if (wrenches_.empty()) return push;
+  const Wrench& wrench = wrenches_[Index(row)];
+  push.acceleration += wrench.force / entity.mass.mass;
+  push.torque = wrench.torque;
+  return push;
+}
+
+// From the boundary back to the middle of the last substep.
+void StepRun::BeginMover(Mover& mover) {
+  const uint32_t row = Index(mover.row);
+  HalfStep& half = world_.layer_.half_steps[row];
+  const MassProperties& mass = world_.scene_.entities[row]->mass;
+  const Quaternion orientation = state_.pose(mover.row).orientation;
+  mover.tensor = WorldTensor(orientation, mass.tensor);
+  mover.inverse_tensor = WorldTensor(orientation, mass.inverse_tensor);
+  mover.steady = SteadyPush(mover.row);
+  const double last = world_.layer_.last_substep;
+  const bool may_restart = !half.restarts && !half.in_flight && half.since_restart >= kRestartPause && last > 0;
+  if (may_restart && (!IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) ||
+                      !IsSame(mover.steady.torque, half.steady_twist * (2 / last)))) {
+    half.Restart();
+  }
+  if (half.restarts) {
+    half.since_restart = 0;
+    half.steady_kick.setZero();
+    half.steady_twist.setZero();
+    mover.past = 0;
+    mover.momentum = mover.tensor * state_.angular_velocities.col(row);
+    return;
+  }
+  mover.past = last / 2;
+  mover.momentum = half.momentum;
+  state_.linear_velocities.col(row) = half.velocity;
+  state_.angular_velocities.col(row) = mover.inverse_tensor * mover.momentum;
+}
+
+void StepRun::KickMover(Mover& mover, double h) {
+  const uint32_t row = Index(mover.row);
+  const RigidBody& body = *world_.scene_.entities[row]->desc->rigid_body;
+  const MassProperties& mass = world_.scene_.entities[row]->mass;
+  mover.field = {};
+  if (!field_wrenches_.empty()) {
+    mover.field = {field_wrenches_[row].force / mass.mass, field_wrenches_[row].torque};
+  }
+  // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
+  const HalfStep& half = world_.layer_.half_steps[row];
+  Vector3 linear = state_.linear_velocities.col(row) + half.steady_kick + mover.past * mover.field.acceleration;
+  mover.momentum += half.steady_twist + mover.past * mover.field.torque;
+  Brake(mover, mover.past + h / 2, linear, mover.momentum);
+  linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);
+  mover.momentum += h / 2 * (mover.steady.torque + mover.field.torque);
+  accelerations_[row] = mover.steady.acceleration + mover.field.acceleration;
+  mover.linear_given = Limited(linear, body.linear_speed_max);
+  state_.linear_velocities.col(row) = mover.linear_given;
+
+  Vector3 spin = mover.inverse_tensor * mover.momentum;
+  if (body.angular_speed_max && spin.norm() > *body.angular_speed_max) {
+    spin = Limited(spin, body.angular_speed_max);
+    mover.momentum = mover.tensor * spin;
+  }
+  const bool uniform = mass.spherical || !(spin.norm() <= Limits::kSpinMax);
+  const Quaternion orientation = state_.pose(mover.row).orientation;
+  mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, mover.momentum, mass.inverse_tensor, h);
+  state_.angular_velocities.col(row) = mover.spin_given;
+}
+
+void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const {
+  const RigidBody& body = *world_.scene_.entities[Index(mover.row)]->desc->rigid_body;
+  if (body.linear_damping > 0) linear *= std::exp(-body.linear_damping * time);
+  if (body.angular_damping > 0) momentum *= std::exp(-body.angular_damping * time);
+  if (!fields_.empty()) fields_.Drag(mover.row, time, mover.inverse_tensor, linear, momentum);
+}
+
+// What the engine made of the velocities that it was given, and the true ones at the boundary, which are shown.
+void StepRun::EndMover(Mover& mover, double h) {
+  const uint32_t row = Index(mover.row);
+  HalfStep& half = world_.layer_.half_steps[row];
+  const SceneEntity& entity = *world_.scene_.entities[row];
+  const Vector3 gained = state_.linear_velocities.col(row) - mover.linear_given;
+  // The engine turned the body by a mean spin; what it changed of that is an impulse, and the rest is the momentum.
+  const Vector3 turned = mover.tensor * (state_.angular_velocities.col(row) - mover.spin_given);
+  const double interval = mover.past + h / 2;
+
+  half.velocity = state_.linear_velocities.col(row);
+  half.momentum = mover.momentum + turned;
+  half.in_flight = gained.isZero(0) && turned.isZero(0);
+  const Push steady = wrenches_.empty() ? mover.steady : SteadyPush(mover.row);
+  half.steady_kick = h / 2 * steady.acceleration;
+  half.steady_twist = h / 2 * steady.torque;
+  const Vector3 outside = steady.acceleration + mover.field.acceleration;
+  accelerations_[row] = outside;
+  const Vector3 rate = gained / interval;
+  // What a joint gives when it begins is part of its course, and is known only then.
+  const bool begins = !half.has_past && jointed_[row];
+  if (!begins && IsBlow(half, rate, outside)) {
+    half.held_velocity = -h / 2 * outside;
+    half.held_momentum.setZero();
+  } else {
+    half.held_velocity = h / 2 / interval * gained;
+    half.held_momentum = h / 2 / interval * turned;
+  }
+  half.held_rate = rate;
+  half.has_past = true;
+  half.restarts = false;
+  if (half.since_restart < kRestartPause) ++half.since_restart;
+
+  Vector3 linear = half.velocity + half.steady_kick + h / 2 * mover.field.acceleration;
+  Vector3 momentum = half.momentum + half.steady_twist + h / 2 * mover.field.torque;
+  mover.tensor = WorldTensor(state_.pose(mover.row).orientation, entity.mass.tensor);
+  mover.inverse_tensor = WorldTensor(state_.pose(mover.row).orientation, entity.mass.inverse_tensor);
+  Brake(mover, h / 2, linear, momentum);
+  const RigidBody& body = *entity.desc->rigid_body;
+  state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, body.linear_speed_max);
+  const Vector3 spin = mover.inverse_tensor * (momentum + half.held_momentum);
+  state_.angular_velocities.col(row) = Limited(spin, body.angular_speed_max);
+}
+
+// Whoever nothing touches or holds any more is paid what contacts and joints owed; it is shown already.
+void StepRun::PayReleased() {
+  held_.assign(state_.rows(), false);
+  for (const ContactPair& pair : world_.contacts_.pairs) {
+    if (pair.is_sensor) continue;
+    const auto first = world_.contacts_.points.begin() + pair.first_point;
+    const bool holds = std::any_of(first, first + pair.point_count,
+                                   [](const ContactPoint& point) { return point.depth > -kReleaseGap; });
+    if (holds) held_[Index(pair.entity_a)] = held_[Index(pair.entity_b)] = true;
+  }
+  for (size_t row = 0; row < held_.size(); ++row) held_[row] |= jointed_[row];
+  for (const Mover& mover : movers_) {
+    const uint32_t row = Index(mover.row);
+    HalfStep& half = world_.layer_.half_steps[row];
+    if (held_[row] || half.restarts) continue;
+    half.velocity += half.held_velocity;
+    half.momentum += half.held_momentum;
+    half.held_velocity.setZero();
+    half.held_momentum.setZero();
+  }
+}
+
+}  // namespace genphys

@@ -1,0 +1,79 @@
+// What a step tells when it is over: net forces, events, who falls asleep, statistics.
+#include <algorithm>
+#include <utility>
+
+#include "event_order.h"
+#include "free_rotation.h"
+#include "sleeping.h"
+#include "step_run.h"
+
+namespace genphys {
+
+void StepRun::FinishNetForces() {
+  for (const Mover& mover : movers_) {
+    const uint32_t row = Index(mover.row);
+    const MassProperties& mass = world_.scene_.entities[row]->mass;
+    const Vector3 momentum =
+        WorldTensor(state_.pose(mover.row).orientation, mass.tensor) * state_.angular_velocities.col(row);
+    state_.net_forces.col(row) = mass.mass / step_size_ * (state_.linear_velocities.col(row) - mover.linear_start);
+    state_.net_torques.col(row) = (momentum - mover.momentum_start) / step_size_;
+  }
+}
+
+void StepRun::CountForcesDown() {
+  for (PendingForce& force : world_.layer_.forces) --force.steps_left;
+  std::erase_if(world_.layer_.forces, [](const PendingForce& force) { return force.steps_left == 0; });
+}
+
+void StepRun::Report() {
+  LayerState& layer = world_.layer_;
+  const bool ran = !tested_.empty();
+  std::vector<EventKind> events;
+  if (ran) {
+    touches_.AddFinal(world_.contacts_);
+    touches_.KeepUntested(tested_);
+    touches_.Report(events);
+    layer.touching = touches_.Pairs();
+  }
+  const EventKinds& kinds = world_.scene_.world.recorded_events;
+  for (EntityId id : world_.woken_) events.push_back(EntityWoke{id});
+  world_.woken_.clear();
+  const std::vector<EntityRow> sleepers = RowsToSleep(world_.scene_, state_, rows_, world_.active_, step_size_, layer);
+  world_.RememberTouches(sleepers);
+  for (EntityRow row : sleepers) {
+    PutToSleep(row);
+    if (kinds.sleeping) events.push_back(EntitySlept{state_.ids[Index(row)]});
+  }
+  if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
+  for (EntityId id : faulted_) events.push_back(EntityFaulted{id});
+  if (kinds.joints) {
+    for (const JointBroke& broken : broken_) events.push_back(broken);
+  }
+  SortCanonically(events);
+  for (EventKind& event : events) world_.Record(std::move(event));
+  Mark("report");
+  FillStats();
+}
+
+void StepRun::PutToSleep(EntityRow entity) {
+  const uint32_t row = Index(entity);
+  state_.asleep[row] = true;
+  state_.linear_velocities.col(row).setZero();
+  state_.angular_velocities.col(row).setZero();
+  state_.net_forces.col(row).setZero();
+  state_.net_torques.col(row).setZero();
+  world_.layer_.half_steps[row].Forget();
+  world_.engine_->WriteState({&entity, 1}, state_);
+  world_.UpdateActive(entity);
+}
+
+void StepRun::FillStats() {
+  if (!world_.record_stats_) return;
+  world_.stats_.entities_asleep =
+      static_cast<uint32_t>(std::count(state_.asleep.begin(), state_.asleep.end(), uint8_t{1}));
+  world_.stats_.entities_in_engine = static_cast<uint32_t>(rows_.size());
+  world_.stats_.pairs = static_cast<uint32_t>(world_.contacts_.pairs.size());
+  world_.stats_.contacts = static_cast<uint32_t>(world_.contacts_.points.size());
+}
+
+}  // namespace genphys

@@ -1,0 +1,176 @@
+// Impacts happen when they happen, and not at the end of a step: heights, speeds and momenta after them are compared
+// with Newton's law of restitution and closed forms.
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Impacts, Claim::kContacts, Claim::kRestitution);
+
+constexpr double kGravity = 9.81;
+// Relative, of a height after one bounce. The time of an impact is found until the depth is 1e-5 of the way of a
+// substep, and the height follows from it to first order; two bounces may add up.
+constexpr double kHeightError = 1e-4;
+// What is computed without iteration.
+constexpr double kRounding = 1e-9;
+
+std::unique_ptr<World> WorldOf(const std::string& engine, double step_size, const Vector3& gravity) {
+  WorldDesc desc{.engine = engine, .gravity = gravity};
+  desc.stepper.step_size = step_size;
+  desc.default_auto_disable.enabled = false;
+  desc.default_material.restitution_mixing = Mixing::kMaximum;
+  return testing::MakeWorld(desc);
+}
+
+EntityDesc Bouncing(EntityDesc desc, double restitution) {
+  desc.rigid_body->geometries[0].material.restitution = restitution;
+  return desc;
+}
+
+// The highest that its centre could get from where it is now, above `floor`.
+double Apex(const World& world, EntityId id, double floor) {
+  return PositionOf(world, id).z() - floor + std::pow(VelocityOf(world, id).z(), 2) / (2 * kGravity);
+}
+
+TEST_P(Impacts, LeaveTheSquareOfTheRestitutionOfAHeight) {
+  const std::pair<const char*, EntityDesc> bodies[] = {
+      {"ball", Ball({0, 0, 1.3}, 0.3)},
+      {"flat box", Body(Box{{0.3, 0.2, 0.3}}, {0, 0, 1.3})},
+      {"lying capsule", Body(Capsule{0.3, 0.4}, {0, 0, 1.3})},
+      {"standing cylinder", Body(Cylinder{0.3, 0.3}, {0, 0, 1.3})},
+  };
+  for (const auto& [name, body] : bodies) {
+    for (const double restitution : {0.35, 0.8, 1.0}) {
+      for (const double step_size : {1.0 / 60, 1.0 / 137, 1.0 / 1000}) {
+        const auto world = WorldOf(GetParam(), step_size, {0, 0, -kGravity});
+        EntityDesc desc = Bouncing(body, restitution);
+        if (std::string(name) == "lying capsule") {
+          desc.pose.orientation = Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
+        }
+        const EntityId id = Add(*world, desc);
+        // It falls for 0.45 s, and after that it is in the air for at least 0.3 s.
+        Steps(*world, static_cast<int>(0.6 / step_size));
+        const double wanted = restitution * restitution;
+        EXPECT_NEAR(Apex(*world, id, 0.3), wanted, kHeightError * wanted)
+            << name << ", restitution " << restitution << ", step " << step_size;
+      }
+    }
+  }
+}
+
+TEST_P(Impacts, KeepTheEnergyOfAnElasticBall) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60, {0, 0, -kGravity});
+  const EntityId ball = Add(*world, Bouncing(Ball({0, 0, 1.7}, 0.2), 1));
+  for (int i = 0; i < 600; ++i) {
+    Steps(*world, 1);
+    ASSERT_NEAR(Apex(*world, ball, 0.2), 1.5, kRounding) << "step " << i;
+  }
+}
+
+TEST_P(Impacts, ExchangeTheMomentumOfTwoBalls) {
+  std::mt19937 dice(7);
+  std::uniform_real_distribution<double> mass(0.1, 10), speed(0.5, 8), part(0, 1);
+  for (int i = 0; i < 20; ++i) {
+    const double m1 = mass(dice), m2 = mass(dice), v = speed(dice), e = part(dice);
+    const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+    EntityDesc first = Bouncing(Ball({0, 0, 5}, 0.3, m1), e);
+    first.rigid_body->linear_velocity = {v, 0, 0};
+    const EntityId moving = Add(*world, first), resting = Add(*world, Bouncing(Ball({1, 0, 5}, 0.3, m2), e));
+    Steps(*world, static_cast<int>(60 * 0.8 / v));
+    EXPECT_NEAR(VelocityOf(*world, moving).x(), v * (m1 - e * m2) / (m1 + m2), kRounding * v) << "case " << i;
+    EXPECT_NEAR(VelocityOf(*world, resting).x(), v * m1 * (1 + e) / (m1 + m2), kRounding * v) << "case " << i;
+  }
+}
+
+TEST_P(Impacts, PassThroughACradle) {
+  for (const double gap : {0.0, 1e-3}) {
+    const auto world = WorldOf(GetParam(), 1.0 / 240, Vector3::Zero());
+    std::vector<EntityId> balls;
+    for (int i = 0; i < 5; ++i) {
+      EntityDesc ball = Bouncing(Ball({i * (0.2 + gap) + (i > 0 ? 0.5 : 0), 0, 5}, 0.1), 1);
+      if (i == 0) ball.rigid_body->linear_velocity = {2, 0, 0};
+      balls.push_back(Add(*world, ball));
+    }
+    Steps(*world, 240);
+    for (size_t i = 0; i < 5; ++i) {
+      EXPECT_NEAR(VelocityOf(*world, balls[i]).x(), i == 4 ? 2 : 0, 1e-3) << "ball " << i << ", gap " << gap;
+    }
+  }
+}
+
+TEST_P(Impacts, LandOnTheFloorAndNotInIt) {
+  // Rounding, and the depth at which an impact counts as timed.
+  constexpr double kDepth = 1e-5;
+  for (const double height : {0.02, 0.7, 4.0}) {
+    const auto world = WorldOf(GetParam(), 1.0 / 60, {0, 0, -kGravity});
+    const EntityId crate = Add(*world, Crate({0, 0, 0.5 + height}, 0.5));
+    for (int i = 0; i < 120; ++i) {
+      Steps(*world, 1);
+      ASSERT_GT(PositionOf(*world, crate).z(), 0.5 - kDepth) << "step " << i << " from " << height;
+    }
+    EXPECT_NEAR(PositionOf(*world, crate).z(), 0.5, kDepth);
+    EXPECT_LT(VelocityOf(*world, crate).norm(), 1e-6);
+  }
+}
+
+TEST_P(Impacts, StopABulletAtAThinWall) {
+  for (const double speed : {3.0, 47.0, 300.0}) {
+    for (const double restitution : {0.0, 0.6}) {
+      const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+      Add(*world, Block({1, 0, 5}, {0.01, 2, 2}));
+      EntityDesc ball = Bouncing(Ball({0.13, 0.2, 5.1}, 0.05), restitution);
+      ball.rigid_body->linear_velocity = {speed, 0, 0};
+      const EntityId bullet = Add(*world, ball);
+      for (int i = 0; i < 40; ++i) {
+        Steps(*world, 1);
+        // An impact counts as timed within 1e-5 of the way of a substep.
+        ASSERT_LT(PositionOf(*world, bullet).x(), 0.94 + 1e-6 + 1e-5 * speed / 60) << speed << " m/s, step " << i;
+      }
+      EXPECT_NEAR(VelocityOf(*world, bullet).x(), -restitution * speed, 1e-6 * speed) << speed << " m/s";
+    }
+  }
+}
+
+TEST_P(Impacts, GiveABulletsMomentumToAFreePlate) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+  const EntityId plate = Add(*world, Body(Box{{0.01, 0.5, 0.5}}, {1, 0, 5}, 2));
+  EntityDesc ball = Bouncing(Ball({0.1, 0, 5}, 0.05, 0.5), 0.5);
+  ball.rigid_body->linear_velocity = {120, 0, 0};
+  const EntityId bullet = Add(*world, ball);
+  Steps(*world, 4);
+  const double momentum = 0.5 * VelocityOf(*world, bullet).x() + 2 * VelocityOf(*world, plate).x();
+  EXPECT_NEAR(momentum, 60, 60 * 1e-12);
+  EXPECT_NEAR(VelocityOf(*world, plate).x() - VelocityOf(*world, bullet).x(), 60, 60 * kRounding);
+}
+
+TEST_P(Impacts, AreToldWithTheImpulseThatPassed) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60, {0, 0, -kGravity});
+  Add(*world, Bouncing(Ball({0, 0, 1.5}, 0.5, 3), 0.4));
+  Steps(*world, 1);
+  world->TakeEvents();
+  Steps(*world, 35);
+  const auto began = Of<ContactBegan>(world->TakeEvents());
+  ASSERT_EQ(began.size(), 1u);
+  ASSERT_EQ(began[0].points.size(), 1u);
+  const double speed = std::sqrt(2 * kGravity);
+  EXPECT_NEAR(began[0].points[0].normal_impulse, 3 * 1.4 * speed, 1e-3 * speed);
+  EXPECT_NEAR(began[0].points[0].relative_velocity.z(), -speed, 1e-3 * speed);
+}
+
+TEST_P(Impacts, TakeTheSpeedOfWhatIsMovedByCommand) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+  EntityDesc bat = Block({0, 0, 5}, {0.1, 1, 1});
+  bat.rigid_body->motion_type = MotionType::kKinematic;
+  bat.rigid_body->linear_velocity = {2, 0, 0};
+  Add(*world, bat);
+  const EntityId ball = Add(*world, Bouncing(Ball({1, 0, 5}, 0.3), 0.7));
+  Steps(*world, 60);
+  EXPECT_NEAR(VelocityOf(*world, ball).x(), 2 * 1.7, kRounding);
+}
+
+}  // namespace
+}  // namespace genphys::testing

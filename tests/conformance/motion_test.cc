@@ -1,0 +1,127 @@
+// How far from the truth bodies move: exactly where forces are constant, to second order where they are not.
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Motion, Claim::kEnginesAgree);
+
+constexpr double kGravity = 9.81;
+constexpr double kRounding = 1e-12;
+
+std::unique_ptr<World> WorldOf(const std::string& engine, double step_size) {
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}};
+  desc.stepper.step_size = step_size;
+  desc.stepper.substeps = 1;
+  desc.default_auto_disable.enabled = false;
+  return testing::MakeWorld(desc);
+}
+
+TEST_P(Motion, IsExactInFreeFallWhateverTheSteps) {
+  std::mt19937 dice(3);
+  std::uniform_real_distribution<double> size(1e-3, 0.05);
+  const auto world = WorldOf(GetParam(), 1.0 / 60);
+  EntityDesc ball = Ball({0, 0, 1000}, 0.1);
+  ball.rigid_body->linear_velocity = {3, -2, 5};
+  const EntityId id = Add(*world, ball);
+  double time = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double step = size(dice);
+    ASSERT_TRUE(world->Step(step).ok());
+    time += step;
+    const Vector3 fallen(3 * time, -2 * time, 1000 + 5 * time - kGravity * time * time / 2);
+    ASSERT_NEAR((PositionOf(*world, id) - fallen).norm(), 0, 1000 * kRounding) << "step " << i;
+    ASSERT_NEAR((VelocityOf(*world, id) - Vector3(3, -2, 5 - kGravity * time)).norm(), 0, 100 * kRounding);
+  }
+}
+
+TEST_P(Motion, IsExactUnderAForceThatStartsAndEnds) {
+  const double h = 1.0 / 60;
+  const auto world = WorldOf(GetParam(), h);
+  const EntityId id = Add(*world, Ball({0, 0, 500}, 0.1, 2));
+  Steps(*world, 30);
+  const Vector3 start = PositionOf(*world, id);
+  Do(*world, ApplyForce{.id = id, .force = {8, 0, 0}, .steps = 45});
+  Steps(*world, 60);
+  // 45 steps at 4 m/s^2, 15 without.
+  const double pushed = 45 * h, coasted = 15 * h;
+  EXPECT_NEAR(VelocityOf(*world, id).x(), 4 * pushed, 100 * kRounding);
+  EXPECT_NEAR(PositionOf(*world, id).x() - start.x(), 2 * pushed * pushed + 4 * pushed * coasted, 1000 * kRounding);
+}
+
+TEST_P(Motion, StopsASlideWhereFrictionSaysInEveryDirection) {
+  // Second order: where within the last step it stopped is not known.
+  for (const double h : {1.0 / 60, 1.0 / 240}) {
+    for (const double heading : {0.0, 0.3, 0.8, 1.9, 4.0}) {
+      const auto world = WorldOf(GetParam(), h);
+      const double friction = 0.5, speed = 4;
+      EntityDesc slab = Body(Box{{0.2, 0.2, 0.05}}, {0, 0, 0.05});
+      slab.rigid_body->linear_velocity = {speed * std::cos(heading), speed * std::sin(heading), 0};
+      const EntityId id = Add(*world, slab);
+      Steps(*world, static_cast<int>(1.5 / h));
+      const double wanted = speed * speed / (2 * friction * kGravity), error = friction * kGravity * h * h / 8;
+      const Vector3 way = PositionOf(*world, id);
+      EXPECT_NEAR(std::hypot(way.x(), way.y()), wanted, 2 * error) << "heading " << heading << ", step " << h;
+      EXPECT_NEAR(std::atan2(way.y(), way.x()), std::remainder(heading, 2 * std::numbers::pi), 1e-4);
+    }
+  }
+}
+
+TEST_P(Motion, FallsAsFromRestWhenTheSupportIsTaken) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60);
+  const EntityId table = Add(*world, Block({0, 0, 4.5}, {1, 1, 0.5}));
+  const EntityId crate = Add(*world, Crate({0.1, 0.2, 5.5}, 0.5));
+  Steps(*world, 60);
+  const Vector3 rest = PositionOf(*world, crate);
+  Do(*world, DeleteEntity{table});
+  Steps(*world, 30);
+  EXPECT_NEAR(PositionOf(*world, crate).z(), rest.z() - kGravity / 8, 1e-5);
+}
+
+TEST_P(Motion, RisesAsFromRestWhenGravityTurns) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60);
+  const EntityId crate = Add(*world, Crate({0, 0, 0.5}, 0.5));
+  Steps(*world, 60);
+  Do(*world, SetGravity{{0, 0, kGravity}});
+  Steps(*world, 30);
+  EXPECT_NEAR(PositionOf(*world, crate).z(), 0.5 + kGravity / 8, 1e-5);
+}
+
+// Distance from where a rod of 1 m, hinged at its end and let go from the horizontal, has its centre after `time`.
+double PendulumError(const std::string& engine, double step_size, double time) {
+  const auto world = WorldOf(engine, step_size);
+  EntityDesc rod = Body(Box{{0.5, 0.025, 0.025}}, {0.5, 0, 5});
+  rod.rigid_body->inertia.tensor = Vector3(1e-3, 1.0 / 12, 1.0 / 12).asDiagonal();
+  const EntityId id = Add(*world, rod);
+  JointDesc hinge{.kind = HingeJoint{}};
+  hinge.entity_b = {id, {}};
+  hinge.frame_in_a = Pose{{0, 0, 5}, Quaternion(Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3::UnitX()))};
+  Do(*world, CreateJoint{hinge});
+  Steps(*world, static_cast<int>(std::lround(time / step_size)));
+  // theta'' = -3 g / (2 l) sin theta, by the classical method of Runge and Kutta with steps that leave 1e-12.
+  double angle = std::numbers::pi / 2, rate = 0;
+  const auto pull = [](double a) { return -1.5 * kGravity * std::sin(a); };
+  constexpr int kSteps = 20'000;
+  const double h = time / kSteps;
+  for (int i = 0; i < kSteps; ++i) {
+    const double k1 = rate, l1 = pull(angle), k2 = rate + h / 2 * l1, l2 = pull(angle + h / 2 * k1);
+    const double k3 = rate + h / 2 * l2, l3 = pull(angle + h / 2 * k2), k4 = rate + h * l3, l4 = pull(angle + h * k3);
+    angle += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    rate += h / 6 * (l1 + 2 * l2 + 2 * l3 + l4);
+  }
+  return (PositionOf(*world, id) - Vector3(0.5 * std::sin(angle), 0, 5 - 0.5 * std::cos(angle))).norm();
+}
+
+TEST_P(Motion, OfAPendulumIsOfSecondOrder) {
+  const double coarse = PendulumError(GetParam(), 1.0 / 60, 2), fine = PendulumError(GetParam(), 1.0 / 240, 2);
+  // Four times finer: sixteen times nearer, or more where errors of higher order cancel.
+  EXPECT_LT(coarse, 2e-3);
+  EXPECT_GT(std::log2(coarse / fine) / 2, 1.8);
+}
+
+}  // namespace
+}  // namespace genphys::testing
