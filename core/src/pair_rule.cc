@@ -66,7 +66,9 @@ std::vector<GeometryRow> PairRule::Add(EntityRow entity, EntityId id, const Rigi
         .is_sensor = geometry.is_sensor,
         .is_static = body.motion_type == MotionType::kStatic,
         .is_dynamic = body.motion_type == MotionType::kDynamic,
+        .surface_velocity = geometry.pose_in_entity.orientation * geometry.surface_velocity,
     };
+    if (!geometry.surface_velocity.isZero(0)) ++running_surfaces_;
     rows.push_back(row);
   }
   return rows;
@@ -74,6 +76,7 @@ std::vector<GeometryRow> PairRule::Add(EntityRow entity, EntityId id, const Rigi
 
 void PairRule::Remove(std::span<const GeometryRow> rows) {
   for (GeometryRow row : rows) {
+    if (!infos_[Index(row)].surface_velocity.isZero(0)) --running_surfaces_;
     infos_[Index(row)] = GeometryInfo{};
     free_.push_back(row);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "running_surfaces.h"
+
 namespace genphys {
 namespace {
 
@@ -87,6 +89,10 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
   Islands islands(state.rows());
   std::vector<uint8_t> restless(state.rows());
   for (EntityRow row : rows) restless[Index(row)] = !RestedEnough(scene, layer, Index(row));
+  const auto disturb = [&](uint32_t row, uint32_t other) {
+    const auto& body = scene.entities[other]->desc->rigid_body;
+    if (body && HasRunningSurface(*body)) restless[row] = true;
+  };
   const auto tie = [&](uint32_t a, uint32_t b) {
     const bool dynamic_a = IsDynamic(scene, a), dynamic_b = IsDynamic(scene, b);
     if (dynamic_a && dynamic_b) {
@@ -96,7 +102,11 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
     }
   };
   for (const TouchingPair& touching : layer.touching) {
-    if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
+    if (touching.is_sensor) continue;
+    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+    tie(a, b);
+    if (IsDynamic(scene, a)) disturb(a, b);
+    if (IsDynamic(scene, b)) disturb(b, a);
   }
   for (const std::optional<SceneJoint>& joint : scene.joints) {
     if (joint && IsHeld(*joint, layer)) VisitJoint(scene, *joint, active, islands, restless);

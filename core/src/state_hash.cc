@@ -90,7 +90,8 @@ void Put(ByteWriter& out, const AutoDisable& policy) {
 }
 
 void Put(ByteWriter& out, const Geometry& geometry) {
-  const auto& [id, shape, pose, material, category_bits, collides_with_bits, is_sensor, collision_space] = geometry;
+  const auto& [id, shape, pose, material, category_bits, collides_with_bits, is_sensor, collision_space,
+               surface_velocity] = geometry;
   out.Put(id);
   out.Put(uint8_t(shape.index()));
   std::visit([&](const auto& form) { Put(out, form); }, shape);
@@ -100,6 +101,7 @@ void Put(ByteWriter& out, const Geometry& geometry) {
   out.Put(collides_with_bits);
   out.Put(is_sensor);
   out.Put(std::string_view(collision_space));
+  out.Put(surface_velocity);
 }
 
 void Put(ByteWriter& out, const RigidBody& body) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "impact_sweep.h"
+#include "running_surfaces.h"
 #include "step_run.h"
 
 namespace genphys {
@@ -28,6 +29,7 @@ Vector3 StepRun::VelocityAt(EntityRow row, const Vector3& center, const Vector3&
 
 void StepRun::FillRelativeVelocities() {
   ContactBuffer& contacts = world_.contacts_;
+  FillSurfaceVelocities(world_.rule_, state_, contacts);
   for (const ContactPair& pair : contacts.pairs) {
     const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
@@ -52,7 +54,8 @@ void StepRun::PrepareContacts(double h) {
       ContactPoint& point = contacts.points[i];
       // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
       const double closing = -point.relative_velocity.dot(point.normal);
-      const bool slides = (point.relative_velocity + closing * point.normal).norm() > kSlidingSpeed;
+      const Vector3 slip = point.relative_velocity + pair.surface_velocity;
+      const bool slides = (slip - slip.dot(point.normal) * point.normal).norm() > kSlidingSpeed;
       point.friction = slides ? pair.material.kinetic_friction : pair.material.friction;
       point.is_ahead = is_solved_apart && point.depth < 0 &&
                        (point.depth < -kReleaseGap ||

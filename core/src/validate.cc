@@ -65,6 +65,7 @@ Status CheckGeometry(const Geometry& geometry, MotionType motion) {
     return Refuse(Reason::kInvalidValue, "shape.plane", "only a static entity may have a plane");
   }
   GENPHYS_RETURN_IF_ERROR(CheckPose(geometry.pose_in_entity, "pose_in_entity"));
+  GENPHYS_RETURN_IF_ERROR(CheckVector(geometry.surface_velocity, Limits::kSpeedMax, "surface_velocity"));
   return WithFieldPrefix(CheckMaterial(geometry.material), "material");
 }
 

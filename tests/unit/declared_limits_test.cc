@@ -113,6 +113,7 @@ TEST(DeclaredLimits, AreTheLimitsOfTheModel) {
       {v1::ApplyForce::descriptor(), "point", -L::kPositionMax, L::kPositionMax},
       {v1::CastRaysRequest::descriptor(), "origins", -L::kPositionMax, L::kPositionMax},
       {v1::CastRaysRequest::descriptor(), "translations", -L::kRayLengthMax, L::kRayLengthMax},
+      {v1::Geometry::descriptor(), "surface_velocity", -L::kSpeedMax, L::kSpeedMax},
       {v1::RigidBody::descriptor(), "linear_velocity", -L::kSpeedMax, L::kSpeedMax},
       {v1::RigidBody::descriptor(), "angular_velocity", -L::kSpinMax, L::kSpinMax},
       {v1::RigidBody::descriptor(), "linear_damping", 0, L::kDampingMax},

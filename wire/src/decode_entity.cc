@@ -18,7 +18,8 @@ Result<Geometry> DecodeGeometry(const v1::Geometry& geometry) {
                    .pose_in_entity = DecodePose(geometry.pose_in_entity()),
                    .material = DecodeMaterial(geometry.material()),
                    .is_sensor = geometry.is_sensor(),
-                   .collision_space = geometry.collision_space()};
+                   .collision_space = geometry.collision_space(),
+                   .surface_velocity = DecodeVector(geometry.surface_velocity())};
   if (geometry.has_category_bits()) decoded.category_bits = geometry.category_bits();
   if (geometry.has_collides_with_bits()) decoded.collides_with_bits = geometry.collides_with_bits();
   return decoded;

@@ -16,6 +16,7 @@ void EncodeGeometry(const Geometry& geometry, v1::Geometry* out) {
   out->set_collides_with_bits(geometry.collides_with_bits);
   out->set_is_sensor(geometry.is_sensor);
   out->set_collision_space(geometry.collision_space);
+  EncodeVector(geometry.surface_velocity, out->mutable_surface_velocity());
 }
 
 void EncodeInertia(const InertiaDesc& inertia, v1::RigidBody* body) {

@@ -18,8 +18,30 @@ constexpr int kIterationsMax = 100;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-4;
+// The second lets a point bring directions of friction of its own.
+constexpr int kSolverMode = SOLVER_USE_WARMSTARTING | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 // rad/s: what turns more slowly has no direction.
 constexpr double kNoSpin = 1e-9;
+
+btVector3 VelocityAt(const Body* body, const btVector3& place) {
+  if (body == nullptr) return btVector3(0, 0, 0);
+  return body->rigid->getVelocityInLocalPoint(place - body->rigid->getWorldTransform().getOrigin());
+}
+
+// Friction then works against the slip of the surfaces, and not of the bodies. `run` is of b against a.
+void RunSurface(const btVector3& run, const Body* a, const Body* b, btManifoldPoint& point) {
+  const btVector3& normal = point.m_normalWorldOnB;
+  const btVector3 slip = VelocityAt(a, point.m_positionWorldOnA) - VelocityAt(b, point.m_positionWorldOnB) - run;
+  const btVector3 along = slip - normal * normal.dot(slip);
+  btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+  if (along.length2() > SIMD_EPSILON) {
+    point.m_lateralFrictionDir1 = along.normalized();
+    point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
+  }
+  point.m_contactMotion1 = run.dot(point.m_lateralFrictionDir1);
+  point.m_contactMotion2 = run.dot(point.m_lateralFrictionDir2);
+  point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+}
 
 btVector3 CenterOf(const btSolverBody& body) { return body.m_worldTransform.getOrigin(); }
 
@@ -72,7 +94,7 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
   // The points are those of the present poses, and not of a cache that may have grown stale: what was found for them is
   // used in full. The solver then goes on over many steps, and what rests comes to rest to the last digits.
   info_.m_warmstartingFactor = 1;
-  info_.m_solverMode = SOLVER_USE_WARMSTARTING;
+  info_.m_solverMode = kSolverMode;
 }
 
 void ContactSolver::Begin(double warm_scale) {
@@ -85,17 +107,17 @@ void ContactSolver::Begin(double warm_scale) {
   manifold_count_ = 0;
 }
 
-void ContactSolver::AddPair(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
+void ContactSolver::AddPair(Body* a, Body* b, const ContactPair& pair, std::span<const ContactPoint> points,
                             std::span<const PointImpulse> warm_impulses) {
   first_manifolds_.push_back(manifold_count_);
   first_points_.push_back(points_.size());
   for (size_t first = 0; first < points.size(); first += MANIFOLD_CACHE_SIZE) {
     const size_t count = std::min<size_t>(points.size() - first, MANIFOLD_CACHE_SIZE);
-    AddManifold(a, b, material, points.subspan(first, count), warm_impulses.subspan(first, count));
+    AddManifold(a, b, pair, points.subspan(first, count), warm_impulses.subspan(first, count));
   }
 }
 
-void ContactSolver::AddManifold(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
+void ContactSolver::AddManifold(Body* a, Body* b, const ContactPair& pair, std::span<const ContactPoint> points,
                                 std::span<const PointImpulse> warm_impulses) {
   if (manifold_count_ == manifolds_.size()) manifolds_.emplace_back();
   btPersistentManifold& manifold = manifolds_[manifold_count_++];
@@ -115,8 +137,9 @@ void ContactSolver::AddManifold(Body* a, Body* b, const MixedMaterial& material,
       point.m_distance1 = BT_LARGE_FLOAT;
       point.m_appliedImpulse = 0;
     }
+    if (!pair.surface_velocity.isZero(0)) RunSurface(ToBullet(pair.surface_velocity), a, b, point);
     point.m_userPersistentData = reinterpret_cast<void*>(points_.size());
-    points_.push_back({&warm_impulses[i], material.rolling_friction, material.spinning_friction});
+    points_.push_back({&warm_impulses[i], pair.material.rolling_friction, pair.material.spinning_friction});
   }
 }
 
@@ -124,7 +147,7 @@ void ContactSolver::Solve(double step_size, bool direct) {
   is_direct_ = direct;
   // Sweeps follow the slip from step to step, so that one direction is enough for them. What is solved all at once is
   // held in both: a wheel that is driven one way would drift the other.
-  info_.m_solverMode = SOLVER_USE_WARMSTARTING | (direct ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0);
+  info_.m_solverMode = kSolverMode | (direct ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0);
   info_.m_timeStep = step_size;
   manifold_pointers_.clear();
   int points = 1 + static_cast<int>(rows_.size());

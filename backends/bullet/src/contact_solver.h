@@ -32,7 +32,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. The first of `warm_impulses` are where its points start from.
-  void AddPair(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
+  void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<const ContactPoint> points,
                std::span<const PointImpulse> warm_impulses);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
@@ -55,7 +55,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
 
  private:
   // Bullet's manifolds hold four points, and a pair with a mesh may have more.
-  void AddManifold(Body* a, Body* b, const MixedMaterial& material, std::span<const ContactPoint> points,
+  void AddManifold(Body* a, Body* b, const ContactPair& pair, std::span<const ContactPoint> points,
                    std::span<const PointImpulse> warm_impulses);
   // Replaces Bullet's: rows come as the layer writes them.
   void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;

@@ -181,8 +181,7 @@ void World::LoadContacts(uint32_t island, const StateArrays& state, const Contac
     solved_pairs_.push_back(i);
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
-    solver_.AddPair(side_a, side_b, pair.material,
-                    std::span(contacts.points).subspan(pair.first_point, pair.point_count),
+    solver_.AddPair(side_a, side_b, pair, std::span(contacts.points).subspan(pair.first_point, pair.point_count),
                     warm_start_.pairs()[i].impulses);
   }
 }

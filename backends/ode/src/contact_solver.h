@@ -35,12 +35,13 @@ struct ContactConstraint {
   Vector3 normal = Vector3::UnitZ();            // unit length, into `body`
   double depth = 0;                             // m
   double friction = 0;                          // Coulomb coefficient
-  Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s
-  Vector3 other_velocity = Vector3::Zero();     // of an immovable other side at the point, m/s
-  double rolling_friction = 0;                  // m
-  double spinning_friction = 0;                 // m
-  Vector3 relative_spin = Vector3::Zero();      // of `body` against the other side, rad/s
-  Vector3 other_spin = Vector3::Zero();         // of an immovable other side, rad/s
+  Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s: the slip
+  // m/s, at the point, at which there is none: of an immovable other side, less how the surface of `body` runs.
+  Vector3 other_velocity = Vector3::Zero();
+  double rolling_friction = 0;              // m
+  double spinning_friction = 0;             // m
+  Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s
+  Vector3 other_spin = Vector3::Zero();     // of an immovable other side, rad/s
 };
 
 /// One ODE world as a solver of contacts and joints. It remembers nothing from one solve to the next: what a solve

@@ -297,14 +297,16 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   const Side& other = sign > 0 ? a : b;
   const Vector3 other_velocity = other.VelocityAt(point.position);
   const bool moves_by_itself = other.solved_as == kUnsolved;
+  // How the surface of the pushed side runs against that of the other.
+  const Vector3 run = sign * (pair.surface_velocity - point.normal * point.normal.dot(pair.surface_velocity));
   solver_.AddContact({.body = pushed.solved_as,
                       .other = other.solved_as,
                       .position = point.position,
                       .normal = sign * point.normal,
                       .depth = point.depth,
                       .friction = point.friction,
-                      .relative_velocity = pushed.VelocityAt(point.position) - other_velocity,
-                      .other_velocity = moves_by_itself ? other_velocity : Vector3::Zero(),
+                      .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
+                      .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
                       .rolling_friction = pair.material.rolling_friction,
                       .spinning_friction = pair.material.spinning_friction,
                       .relative_spin = pushed.angular_velocity - other.angular_velocity,

@@ -12,7 +12,8 @@ EntityDesc Body(const Shape& shape, const BodyOptions& options) {
                                  .rolling_friction = options.rolling_friction,
                                  .spinning_friction = options.spinning_friction},
                     .is_sensor = options.is_sensor,
-                    .collision_space = options.collision_space};
+                    .collision_space = options.collision_space,
+                    .surface_velocity = options.surface_velocity};
   return {.display_name = options.display_name,
           .pose = {options.position, options.orientation},
           .rigid_body = RigidBody{.motion_type = options.motion_type,

@@ -118,6 +118,7 @@ def _geometry(message: Any) -> model.Geometry:
         collision_space=message.collision_space,
         category_bits=_optional(message, "category_bits"),
         collides_with_bits=_optional(message, "collides_with_bits"),
+        surface_velocity=vector(message.surface_velocity),
         id=message.id,
     )
 

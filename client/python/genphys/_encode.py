@@ -252,6 +252,9 @@ def geometry(value: model.Geometry) -> Any:
         collides_with_bits=value.collides_with_bits,
         is_sensor=value.sensor,
         collision_space=value.collision_space,
+        surface_velocity=None
+        if value.surface_velocity is None
+        else vector(value.surface_velocity, "surface_velocity"),
     )
 
 

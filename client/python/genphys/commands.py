@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         collision_space: str
         category_bits: int
         collides_with_bits: int
+        surface_velocity: Vector
 
     class EntityOptions(BodyOptions, total=False):
         """Keywords of `add_entity` beside those of every entity.
@@ -81,6 +82,7 @@ _GEOMETRY_KEYWORDS = (
     "collision_space",
     "category_bits",
     "collides_with_bits",
+    "surface_velocity",
 )
 
 

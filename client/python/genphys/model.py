@@ -162,6 +162,7 @@ class Geometry:
         collision_space: Members of one space never collide with each other; "car/wheels" is inside "car".
         category_bits: The categories that it belongs to, one bit each.
         collides_with_bits: The categories that it collides with; both of a pair must agree.
+        surface_velocity: How its surface runs over it, m/s, in its own frame: a conveyor belt.
         id: Its number in the entity; zero when the server shall choose.
     """
 
@@ -180,6 +181,7 @@ class Geometry:
     collision_space: str = ""
     category_bits: int | None = None
     collides_with_bits: int | None = None
+    surface_velocity: Vector | None = None
     id: int = 0
 
 

@@ -33,6 +33,9 @@ struct ContactPair {
   GeometryRow geometry_a{};
   GeometryRow geometry_b{};
   MixedMaterial material;
+  /// m/s, world: how the surface of b runs against that of a, on top of how both move. Solve() takes what lies across
+  /// the normal of a point as slip there; the layer fills it before.
+  Vector3 surface_velocity = Vector3::Zero();
   bool is_sensor = false;  // the engine must not push for it
   uint32_t first_point = 0;
   uint32_t point_count = 0;

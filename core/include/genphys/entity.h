@@ -24,8 +24,9 @@ struct Geometry {
   Material material;
   uint64_t category_bits = 1;
   uint64_t collides_with_bits = ~uint64_t{0};
-  bool is_sensor = false;       // reports overlaps, pushes nothing
-  std::string collision_space;  // members of one space never collide; "car/wheels" is inside "car"
+  bool is_sensor = false;                      // reports overlaps, pushes nothing
+  std::string collision_space;                 // members of one space never collide; "car/wheels" is inside "car"
+  Vector3 surface_velocity = Vector3::Zero();  // m/s, in its own frame: its surface runs over it like a belt
   bool operator==(const Geometry&) const = default;
 };
 

@@ -25,8 +25,9 @@ class PairRule final {
     uint64_t collides_with_bits = 0;
     uint32_t space = 0;  // root of its collision space; zero: none
     bool is_sensor = false;
-    bool is_static = false;   // of a static entity
-    bool is_dynamic = false;  // of a dynamic entity
+    bool is_static = false;                      // of a static entity
+    bool is_dynamic = false;                     // of a dynamic entity
+    Vector3 surface_velocity = Vector3::Zero();  // m/s, in the frame of the entity
   };
 
   /// Symmetric: nothing that is disregarded collides; each side must be in the other's mask; members of one space and
@@ -38,6 +39,9 @@ class PairRule final {
   bool SeenByRay(GeometryRow geometry, uint64_t bits) const;
 
   MixedMaterial Mixed(GeometryRow a, GeometryRow b) const;
+
+  /// Whether the surface of any geometry runs over it.
+  bool any_surface_runs() const { return running_surfaces_ > 0; }
 
   /// True if `a` belongs before `b` in canonical order: by entity id, then geometry id.
   bool Before(GeometryRow a, GeometryRow b) const;
@@ -56,6 +60,7 @@ class PairRule final {
   uint32_t SpaceRoot(const std::string& collision_space);
 
   std::vector<GeometryInfo> infos_;
+  size_t running_surfaces_ = 0;
   std::vector<GeometryRow> free_;
   std::unordered_map<std::string, uint32_t> space_roots_;
   std::unordered_map<uint64_t, uint32_t> disregarded_;  // how often, by both rows

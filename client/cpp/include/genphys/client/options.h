@@ -47,6 +47,7 @@ struct BodyOptions {
   double angular_damping = 0;                  // 1/s
   double gravity_scale = 1;                    // part of the world's gravity that acts on it
   bool is_sensor = false;
+  Vector3 surface_velocity = Vector3::Zero();  // m/s, in the entity's frame: the surface runs like a belt
   std::string collision_space;
   std::optional<Visual> visual;
 };

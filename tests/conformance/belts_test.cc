@@ -1,0 +1,138 @@
+// Surfaces that run: conveyor belts and tracks, on every engine.
+#include <cmath>
+
+#include "engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Belts);
+
+constexpr double kGravity = 9.81, kStep = 1.0 / 60, kSpeed = 2, kFriction = 0.5;
+// A step that uses its velocity at the end for all of it is ahead by v h / 2, and by as much again in the step in which
+// the slip ends.
+constexpr double kWayError = 2 * kSpeed * kStep / 2;
+
+std::unique_ptr<World> OnFloor(const std::string& engine, const Material& all = {}) {
+  return MakeWorld(WorldDesc{
+      .engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep}, .default_material = all});
+}
+
+/// A static block, its top at z = 1, whose surface runs at `velocity` in the geometry's frame.
+EntityDesc Belt(const Vector3& velocity) {
+  EntityDesc belt = Block({0, 0, 0.5}, {20, 20, 0.5});
+  belt.rigid_body->geometries[0].surface_velocity = velocity;
+  return belt;
+}
+
+Quaternion About(double angle) { return Quaternion(Eigen::AngleAxisd(angle, Vector3::UnitZ())); }
+
+/// How far friction carries what begins at rest in `seconds`, which are enough to come to the belt's speed.
+double Carried(double seconds) { return kSpeed * seconds - kSpeed * kSpeed / (2 * kFriction * kGravity); }
+
+TEST_P(Belts, CarryACrateAsFarAsTheClosedFormSays) {
+  // The geometry and the entity turn the direction in which the surface runs.
+  for (const auto& [run, in_entity, in_world] :
+       {std::tuple{0.0, 0.0, 0.0}, {0.7, 0.0, 0.0}, {0.0, M_PI / 4, 0.0}, {0.3, 0.5, M_PI / 2}}) {
+    const auto world = OnFloor(GetParam());
+    EntityDesc belt = Belt(kSpeed * Vector3(std::cos(run), std::sin(run), 0));
+    belt.rigid_body->geometries[0].pose_in_entity.orientation = About(in_entity);
+    belt.pose.orientation = About(in_world);
+    Add(*world, belt);
+    const EntityId crate = Add(*world, Crate({0, 0, 1.5}));
+
+    Steps(*world, 120);
+
+    const double heading = run + in_entity + in_world;
+    const Vector3 expected = Carried(2) * Vector3(std::cos(heading), std::sin(heading), 0) + Vector3(0, 0, 1.5);
+    EXPECT_LE((PositionOf(*world, crate) - expected).norm(), kWayError) << heading;
+    EXPECT_NEAR(VelocityOf(*world, crate).norm(), kSpeed, 1e-3 * kSpeed);
+  }
+}
+
+TEST_P(Belts, RunAlongTheirSurfaceOnly) {
+  const auto world = OnFloor(GetParam());
+  Add(*world, Belt({kSpeed, 0, 3}));
+  const EntityId crate = Add(*world, Crate({0, 0, 1.5}));
+
+  Steps(*world, 120);
+
+  EXPECT_NEAR(PositionOf(*world, crate).x(), Carried(2), kWayError);
+  EXPECT_NEAR(PositionOf(*world, crate).z(), 1.5, 1e-3);
+}
+
+TEST_P(Belts, DragWithTheKineticFrictionOfTheSlipOfTheirSurface) {
+  constexpr double kKinetic = 0.2;
+  const auto world = OnFloor(GetParam(), {.friction = 0.8, .kinetic_friction = kKinetic});
+  Add(*world, Belt({3 * kSpeed, 0, 0}));
+  const EntityId crate = Add(*world, Crate({0, 0, 1.5}));
+
+  Steps(*world, 60);
+
+  EXPECT_NEAR(VelocityOf(*world, crate).x(), kKinetic * kGravity, 2 * kKinetic * kGravity * kStep);
+}
+
+TEST_P(Belts, RollABallUnderneath) {
+  const auto world = OnFloor(GetParam());
+  Add(*world, Belt({0, kSpeed, 0}));
+  const EntityId ball = Add(*world, Ball({0, 0, 1.5}));
+
+  Steps(*world, 60);
+
+  // The angular momentum about the surface stays nothing: m v r = 2/5 m r^2 w, and v + w r is the belt's speed.
+  EXPECT_NEAR(VelocityOf(*world, ball).y(), 2 * kSpeed / 7, 1e-3 * kSpeed);
+  EXPECT_NEAR(SpinOf(*world, ball).x(), 5 * kSpeed / 7 / 0.5, 1e-2 * kSpeed);
+}
+
+TEST_P(Belts, DriveWhoCarriesThemAndPushWhatTheyRunOver) {
+  constexpr double kLight = 1, kHeavy = 3;
+  // Nothing holds the slab on the floor, and the vehicle drives on the slab.
+  const auto world = OnFloor(GetParam(), {.friction = 0});
+  EntityDesc slab = Body(Box{{20, 2, 0.2}}, {0, 0, 0.2}, kHeavy);
+  slab.rigid_body->geometries[0].material.friction = 1;
+  EntityDesc vehicle = Body(Box{{0.5, 0.3, 0.1}}, {0, 0, 0.5}, kLight);
+  vehicle.rigid_body->geometries[0].material.friction = 1;
+  vehicle.rigid_body->geometries[0].surface_velocity = {-kSpeed, 0, 0};
+  const EntityId below = Add(*world, slab), above = Add(*world, vehicle);
+
+  Steps(*world, 60);
+
+  const double v = VelocityOf(*world, above).x(), w = VelocityOf(*world, below).x();
+  EXPECT_NEAR(v - w, kSpeed, 1e-3 * kSpeed);
+  EXPECT_NEAR(kLight * v + kHeavy * w, 0, 1e-3 * kSpeed);
+}
+
+TEST_P(Belts, KeepAwakeWhatStandsStillOnThemUntilTheyStop) {
+  const auto world = OnFloor(GetParam());
+  const EntityId belt = Add(*world, Belt({kSpeed, 0, 0}));
+  Add(*world, Block({2, 0, 2}, {0.5, 2, 1}));
+  const EntityId crate = Add(*world, Crate({0.9, 0, 1.5}));
+  const auto run = [&](double speed) {
+    Do(*world, UpdateEntity{belt, Belt({speed, 0, 0}), {static_cast<uint32_t>(EntityField::kGeometries)}});
+  };
+
+  Steps(*world, 180);
+  EXPECT_FALSE(Asleep(*world, crate)) << "the wall holds it, and the belt drags";
+  run(0);
+  Steps(*world, 120);
+  EXPECT_TRUE(Asleep(*world, crate));
+  run(-kSpeed);
+  Steps(*world, 120);
+  EXPECT_NEAR(VelocityOf(*world, crate).x(), -kSpeed, 1e-3 * kSpeed);
+}
+
+TEST_P(Belts, GoOnAlikeOnAnotherEngine) {
+  const auto world = OnFloor(GetParam());
+  Add(*world, Belt({kSpeed, 0, 0}));
+  const EntityId crate = Add(*world, Crate({0, 0, 1.5}));
+  for (int i = 0; i < 120; ++i) {
+    const auto& engines = EnginesWithContacts();
+    if (i % 10 == 0) Do(*world, SetEngine{engines[static_cast<size_t>(i / 10) % engines.size()]});
+    Steps(*world, 1);
+  }
+
+  EXPECT_NEAR(PositionOf(*world, crate).x(), Carried(2), kWayError);
+}
+
+}  // namespace
+}  // namespace genphys::testing
