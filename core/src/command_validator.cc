@@ -26,7 +26,7 @@ constexpr uint32_t kBodyParts =
     static_cast<uint32_t>(EntityField::kLinearVelocity) | static_cast<uint32_t>(EntityField::kAngularVelocity) |
     static_cast<uint32_t>(EntityField::kLinearDamping) | static_cast<uint32_t>(EntityField::kAngularDamping) |
     static_cast<uint32_t>(EntityField::kGravityScale) | static_cast<uint32_t>(EntityField::kLinearSpeedMax) |
-    static_cast<uint32_t>(EntityField::kAngularSpeedMax);
+    static_cast<uint32_t>(EntityField::kAngularSpeedMax) | static_cast<uint32_t>(EntityField::kLockedAxes);
 
 Status CheckWrench(const Vector3& force, const Vector3& torque, const std::optional<Vector3>& point,
                    std::string_view force_name, std::string_view torque_name) {
@@ -291,6 +291,7 @@ EntityDesc Merged(const EntityDesc& current, const UpdateEntity& update) {
   if (fields.Has(EntityField::kGravityScale)) to.gravity_scale = from.gravity_scale;
   if (fields.Has(EntityField::kLinearSpeedMax)) to.linear_speed_max = from.linear_speed_max;
   if (fields.Has(EntityField::kAngularSpeedMax)) to.angular_speed_max = from.angular_speed_max;
+  if (fields.Has(EntityField::kLockedAxes)) to.locked_axes = from.locked_axes;
   return merged;
 }
 

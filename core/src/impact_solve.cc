@@ -12,7 +12,7 @@ constexpr double kSettled = 1e-12;
 
 double Softness(const StruckBody& body, const Vector3& point, const Vector3& axis) {
   const Vector3 turn = (point - body.center).cross(axis);
-  return body.inverse_mass + turn.dot(body.inverse_tensor * turn);
+  return body.inverse_mass * axis.dot(body.freedom.cwiseProduct(axis)) + turn.dot(body.inverse_tensor * turn);
 }
 
 // One blow against its two bodies.

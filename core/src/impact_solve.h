@@ -12,12 +12,13 @@ struct StruckBody {
   Vector3 linear_velocity = Vector3::Zero();   // m/s
   Vector3 angular_velocity = Vector3::Zero();  // rad/s, world
   double inverse_mass = 0;
+  Vector3 freedom = Vector3::Ones();         // zero along locked axes of the world
   Matrix3 tensor = Matrix3::Zero();          // world
   Matrix3 inverse_tensor = Matrix3::Zero();  // world
 
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
   void Push(const Vector3& impulse, const Vector3& point) {
-    linear_velocity += inverse_mass * impulse;
+    linear_velocity += inverse_mass * freedom.cwiseProduct(impulse);
     angular_velocity += inverse_tensor * (point - center).cross(impulse);
   }
 };

@@ -1,5 +1,7 @@
 #include "impacts.h"
 
+#include "locked_axes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -156,6 +158,14 @@ Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double ti
   return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
 }
 
+void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {
+  const LockedAxes& locks = world_.scene.entities[Index(row)]->desc->rigid_body->locked_axes;
+  if (!locks.any()) return;
+  for (int i = 0; i < 3; ++i) body.freedom[i] = locks.linear[static_cast<size_t>(i)] ? 0 : 1;
+  body.inverse_tensor = LockedInverse(locks, body.tensor);
+  DropLocked(locks, body.linear_velocity, body.angular_velocity);
+}
+
 ImpactMotion Impacts::MotionOf(EntityRow entity) const {
   const uint32_t row = Index(entity);
   const SceneEntity& scene_entity = *world_.scene.entities[row];
@@ -215,7 +225,10 @@ void Impacts::CollectStruck() {
     AddStruck(candidate.pair.entity_a, candidate.time);
     AddStruck(candidate.pair.entity_b, candidate.time);
   }
-  for (const Struck& struck : struck_) bodies_.push_back(struck.motion.BodyBefore(struck.time));
+  for (const Struck& struck : struck_) {
+    bodies_.push_back(struck.motion.BodyBefore(struck.time));
+    if (struck.motion.is_movable()) HoldLocked(struck.row, bodies_.back());
+  }
 }
 
 void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal) {

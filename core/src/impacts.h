@@ -100,6 +100,7 @@ class Impacts {
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
   ImpactMotion MotionOf(EntityRow row) const;
+  void HoldLocked(EntityRow row, StruckBody& body) const;
   void AddStruck(EntityRow row, double time);
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;

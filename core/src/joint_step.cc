@@ -77,10 +77,10 @@ bool JointStep::Visit(uint32_t slot, double h, std::vector<JointRow>* rows) {
   return true;
 }
 
-std::span<JointRow> JointStep::Write(double h) {
+std::vector<JointRow>& JointStep::Write(double h) {
   rows_.clear();
   owners_.clear();
-  if (scene_.joints.empty()) return {};
+  if (scene_.joints.empty()) return rows_;
   if (!is_saved_) {
     saved_ = layer_.joints;
     is_saved_ = true;
@@ -100,7 +100,7 @@ void JointStep::Take(double h) {
   const auto spin = [&](EntityRow row) -> Vector3 {
     return row == kWorldRow ? Vector3(Vector3::Zero()) : Vector3(state_.angular_velocities.col(Index(row)));
   };
-  for (size_t i = 0; i < rows_.size(); ++i) {
+  for (size_t i = 0; i < owners_.size(); ++i) {
     const JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];
     if (row.kind == JointRow::Kind::kLinear) {

@@ -15,8 +15,9 @@ class JointStep {
   JointStep(const Scene& scene, const StateArrays& state, const std::vector<uint8_t>& active, LayerState& layer)
       : scene_(scene), state_(state), active_(active), layer_(layer) {}
 
-  /// The rows of all joints that hold something awake, at the present poses, for a solve over `h` seconds.
-  std::span<JointRow> Write(double h);
+  /// The rows of all joints that hold something awake, at the present poses, for a solve over `h` seconds. Others may
+  /// be added behind them.
+  std::vector<JointRow>& Write(double h);
   /// Takes what that solve made of them. Velocities must still be those by which it moved the bodies.
   void Take(double h);
   /// Notes where the joints are and what they held over `step_size` seconds; returns those that must break, ascending.

@@ -106,7 +106,7 @@ void Put(ByteWriter& out, const Geometry& geometry) {
 
 void Put(ByteWriter& out, const RigidBody& body) {
   const auto& [motion_type, geometries, inertia, auto_disable, linear_velocity, angular_velocity, linear_damping,
-               angular_damping, gravity_scale, linear_speed_max, angular_speed_max] = body;
+               angular_damping, gravity_scale, linear_speed_max, angular_speed_max, locked_axes] = body;
   const auto& [mass, center_of_mass, tensor] = inertia;
   out.Put(static_cast<uint8_t>(motion_type));
   out.Put(uint64_t{geometries.size()});
@@ -122,6 +122,10 @@ void Put(ByteWriter& out, const RigidBody& body) {
   out.Put(gravity_scale);
   out.Put(linear_speed_max);
   out.Put(angular_speed_max);
+  const auto& [linear, angular] = locked_axes;
+  for (const auto& axes : {linear, angular}) {
+    for (const bool is_locked : axes) out.Put(is_locked);
+  }
 }
 
 void Put(ByteWriter& out, const EntityDesc& desc) {

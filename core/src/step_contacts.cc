@@ -105,6 +105,7 @@ void StepRun::ResolveImpacts(double h, bool after_move) {
       ways.push_back({moved.row, moved.struck, moved.time});
       rows.push_back(moved.row);
     }
+    locked_.Finish();
     world_.engine_->WriteState(rows, state_);
     RetireStrays();
     CollideAndWake();

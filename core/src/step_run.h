@@ -6,6 +6,7 @@
 #include "genphys/world.h"
 #include "impacts.h"
 #include "joint_step.h"
+#include "locked_axes.h"
 #include "touching.h"
 
 namespace genphys {
@@ -118,6 +119,7 @@ class StepRun {
   double last_substep_before_ = 0;
   StepTouches touches_;
   JointStep joints_;
+  LockedBodies locked_;
   std::vector<JointBroke> broken_;
   std::vector<EntityId> faulted_;
   std::chrono::steady_clock::time_point mark_;

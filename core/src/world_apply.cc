@@ -7,6 +7,7 @@
 #include "free_rotation.h"
 #include "genphys/world.h"
 #include "initial_world.h"
+#include "locked_axes.h"
 
 namespace genphys {
 namespace {
@@ -181,6 +182,7 @@ void World::AttachBody(EntityRow entity) {
   const auto& body = scene_entity.desc->rigid_body;
   state_.linear_velocities.col(row) = body ? body->linear_velocity : Vector3(Vector3::Zero());
   state_.angular_velocities.col(row) = body ? body->angular_velocity : Vector3(Vector3::Zero());
+  DropLockedOf(entity);
   state_.net_forces.col(row).setZero();
   state_.net_torques.col(row).setZero();
   state_.asleep[row] = false;
@@ -249,6 +251,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     entity.mass = mass;
   }
   const EntityDesc& now = *entity.desc;
+  if (fields.Has(EntityField::kLockedAxes)) DropLockedOf(row);
   if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
   if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
   if (fields.Has(EntityField::kAngularVelocity)) SetVelocityNow({command.id, {}, now.rigid_body->angular_velocity});
@@ -305,8 +308,11 @@ void World::Kick(const ApplyImpulse& command) {
     const Vector3 point = command.coordinates == Coordinates::kEntity ? pose.Transform(*command.point) : *command.point;
     angular += (point - pose.Transform(mass.center_of_mass)).cross(linear);
   }
-  SetVelocityNow({command.id, state_.linear_velocities.col(slot) + linear / mass.mass,
-                  state_.angular_velocities.col(slot) + WorldTensor(pose.orientation, mass.inverse_tensor) * angular});
+  const LockedAxes& locks = scene_.entities[slot]->desc->rigid_body->locked_axes;
+  const Vector3 turn = WorldTensor(pose.orientation, mass.inverse_tensor) * angular;
+  SetVelocityNow(
+      {command.id, state_.linear_velocities.col(slot) + linear / mass.mass,
+       state_.angular_velocities.col(slot) + LockedSpin(locks, WorldTensor(pose.orientation, mass.tensor), turn)});
 }
 
 void World::SetVelocityNow(const SetVelocity& command) {
@@ -316,10 +322,20 @@ void World::SetVelocityNow(const SetVelocity& command) {
   if (command.linear) state_.linear_velocities.col(slot) = *command.linear;
   if (command.angular) state_.angular_velocities.col(slot) = *command.angular;
   layer_.half_steps[slot].Restart();
+  DropLockedOf(row);
   if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
   WakeIslandOf(row);
   if (HasSpring(command.id)) WakeAll();
   UpdateActive(row);
+}
+
+void World::DropLockedOf(EntityRow row) {
+  const auto& body = scene_.entities[Index(row)]->desc->rigid_body;
+  if (!body || body->motion_type != MotionType::kDynamic || !body->locked_axes.any()) return;
+  Vector3 linear = state_.linear_velocities.col(Index(row)), angular = state_.angular_velocities.col(Index(row));
+  DropLocked(body->locked_axes, linear, angular);
+  state_.linear_velocities.col(Index(row)) = linear;
+  state_.angular_velocities.col(Index(row)) = angular;
 }
 
 void World::SetPoseNow(const SetPose& command) {

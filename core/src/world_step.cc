@@ -37,7 +37,8 @@ StepRun::StepRun(World& world, double step_size)
       state_(world.state_),
       fields_(world.scene_, world.state_),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
-      joints_(world.scene_, world.state_, world.active_, world.layer_) {}
+      joints_(world.scene_, world.state_, world.active_, world.layer_),
+      locked_(world.scene_, world.state_) {}
 
 Status StepRun::Run() {
   if (world_.record_stats_) {
@@ -214,15 +215,20 @@ void StepRun::Substep(double h) {
   GatherFields(h);
   for (Mover& mover : movers_) KickMover(mover, h);
   RetireStrays();
+  locked_.Begin(rows_);
   PrepareContacts(h);
   for (uint32_t row = 0; row < state_.rows(); ++row) starts_[row] = state_.pose(EntityRow{row});
   Mark("kick");
-  world_.engine_->Solve(h, rows_, state_, world_.contacts_, joints_.Write(h));
+  std::vector<JointRow>& held = joints_.Write(h);
+  locked_.Write(world_.contacts_, held);
+  world_.engine_->Solve(h, rows_, state_, world_.contacts_, held);
   Mark("solve");
   joints_.Take(h);
   ShareImpulses(h);
+  world_.engine_->WriteState(locked_.Finish(), state_);
   GatherForces();
   for (Mover& mover : movers_) EndMover(mover, h);
+  locked_.DropVelocities();
   MoveKinematic(h);
   world_.layer_.last_substep = h;
   RetireStrays();
@@ -232,6 +238,7 @@ void StepRun::Substep(double h) {
   CollideAndWake();
   PayReleased();
   ResolveImpacts(h, true);
+  locked_.DropVelocities();
   FillRelativeVelocities();
 }
 
@@ -284,6 +291,7 @@ void StepRun::Retire(EntityRow entity) {
   world_.UpdateActive(entity);
   std::erase(rows_, entity);
   std::erase(kinematic_rows_, entity);
+  locked_.Forget(entity);
   std::erase_if(movers_, [&](const Mover& mover) { return mover.row == entity; });
   const EntityId id = state_.ids[row];
   std::erase_if(world_.layer_.forces, [&](const PendingForce& force) { return force.id == id; });

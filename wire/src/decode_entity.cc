@@ -36,6 +36,10 @@ InertiaDesc DecodeInertia(const v1::Inertia& inertia) {
   return decoded;
 }
 
+LockedAxes DecodeLocks(const v1::LockedAxes& axes) {
+  return {{axes.linear_x(), axes.linear_y(), axes.linear_z()}, {axes.angular_x(), axes.angular_y(), axes.angular_z()}};
+}
+
 Result<RigidBody> DecodeBody(const v1::RigidBody& body) {
   GENPHYS_RETURN_IF_ERROR(CheckErrorCorrection(body.error_correction()));
   RigidBody decoded{.motion_type = DecodeMotionType(body.motion_type()),
@@ -44,7 +48,8 @@ Result<RigidBody> DecodeBody(const v1::RigidBody& body) {
                     .linear_velocity = DecodeVector(body.linear_velocity()),
                     .angular_velocity = DecodeVector(body.angular_velocity()),
                     .linear_damping = body.linear_damping(),
-                    .angular_damping = body.angular_damping()};
+                    .angular_damping = body.angular_damping(),
+                    .locked_axes = DecodeLocks(body.locked_axes())};
   if (body.has_gravity_scale()) decoded.gravity_scale = body.gravity_scale();
   if (body.has_linear_speed_max()) decoded.linear_speed_max = body.linear_speed_max();
   if (body.has_angular_speed_max()) decoded.angular_speed_max = body.angular_speed_max();

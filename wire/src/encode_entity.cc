@@ -30,6 +30,15 @@ void EncodeInertia(const InertiaDesc& inertia, v1::RigidBody* body) {
   }
 }
 
+void EncodeLocks(const LockedAxes& axes, v1::LockedAxes* out) {
+  out->set_linear_x(axes.linear[0]);
+  out->set_linear_y(axes.linear[1]);
+  out->set_linear_z(axes.linear[2]);
+  out->set_angular_x(axes.angular[0]);
+  out->set_angular_y(axes.angular[1]);
+  out->set_angular_z(axes.angular[2]);
+}
+
 void EncodeBody(const RigidBody& body, v1::RigidBody* out) {
   out->set_motion_type(EncodeMotionType(body.motion_type));
   out->mutable_geometries()->Reserve(static_cast<int>(body.geometries.size()));
@@ -43,6 +52,7 @@ void EncodeBody(const RigidBody& body, v1::RigidBody* out) {
   out->set_gravity_scale(body.gravity_scale);
   if (body.linear_speed_max) out->set_linear_speed_max(*body.linear_speed_max);
   if (body.angular_speed_max) out->set_angular_speed_max(*body.angular_speed_max);
+  if (body.locked_axes.any()) EncodeLocks(body.locked_axes, out->mutable_locked_axes());
 }
 
 }  // namespace

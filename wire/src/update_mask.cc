@@ -30,6 +30,7 @@ constexpr std::array kPaths{
     FieldPath{"rigid_body.gravity_scale", EntityField::kGravityScale},
     FieldPath{"rigid_body.linear_speed_max", EntityField::kLinearSpeedMax},
     FieldPath{"rigid_body.angular_speed_max", EntityField::kAngularSpeedMax},
+    FieldPath{"rigid_body.locked_axes", EntityField::kLockedAxes},
 };
 
 constexpr std::string_view kErrorCorrectionPath = "rigid_body.error_correction";
@@ -85,6 +86,7 @@ EntityFields PopulatedFields(const v1::Entity& entity) {
     add_if(body.has_gravity_scale(), EntityField::kGravityScale);
     add_if(body.has_linear_speed_max(), EntityField::kLinearSpeedMax);
     add_if(body.has_angular_speed_max(), EntityField::kAngularSpeedMax);
+    add_if(body.has_locked_axes(), EntityField::kLockedAxes);
     add_if(fields.bits == 0, EntityField::kRigidBody);
   }
   add_if(!entity.display_name().empty(), EntityField::kDisplayName);

@@ -23,7 +23,8 @@ EntityDesc Body(const Shape& shape, const BodyOptions& options) {
                                   .angular_velocity = options.angular_velocity,
                                   .linear_damping = options.linear_damping,
                                   .angular_damping = options.angular_damping,
-                                  .gravity_scale = options.gravity_scale},
+                                  .gravity_scale = options.gravity_scale,
+                                  .locked_axes = options.locked_axes},
           .visual = options.visual};
 }
 

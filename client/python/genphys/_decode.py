@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -42,6 +43,9 @@ def entity_info(message: Any) -> model.EntityInfo:
         mass=_optional(body.inertia, "mass"),
         geometries=tuple(_geometry(each) for each in body.geometries),
         visual=_visual(message),
+        locked_axes=model.LockedAxes(
+            **{field.name: getattr(body.locked_axes, field.name) for field in dataclasses.fields(model.LockedAxes)}
+        ),
     )
 
 

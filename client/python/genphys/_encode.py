@@ -287,6 +287,7 @@ def entity(
     gravity_scale: float | None = None,
     linear_speed_max: float | None = None,
     angular_speed_max: float | None = None,
+    locked_axes: model.LockedAxes | None = None,
     auto_disable: model.AutoDisable | None = None,
     error_correction: model.ErrorCorrection | None = None,
     visual: model.Visual | None = None,
@@ -307,6 +308,7 @@ def entity(
             gravity_scale=gravity_scale,
             linear_speed_max=linear_speed_max,
             angular_speed_max=angular_speed_max,
+            locked_axes=None if locked_axes is None else wire.LockedAxes(**vars(locked_axes)),
         )
     placed = position is not None or orientation is not None
     return wire.Entity(

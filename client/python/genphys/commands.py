@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         m/s. angular_velocity: rad/s. motion: "dynamic", "kinematic" or "static". mass: kg. linear_damping and
         angular_damping: 1/s, the velocity decays as exp(-c t). gravity_scale: part of the world's gravity that
         acts on it. linear_speed_max (m/s) and angular_speed_max (rad/s): what would be faster is slowed down to it.
+        locked_axes: axes of the world along and about which it does not move.
         """
 
         name: str
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
         gravity_scale: float
         linear_speed_max: float
         angular_speed_max: float
+        locked_axes: model.LockedAxes
         auto_disable: model.AutoDisable
         error_correction: model.ErrorCorrection
         visual: model.Visual

@@ -220,6 +220,24 @@ class ErrorCorrection:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class LockedAxes:
+    """Axes of the world along which the centre of mass of a dynamic entity does not move, and about which it does not
+    turn, whatever pushes it.
+
+    Attributes:
+        linear_x: No motion along x; so the next two.
+        angular_x: No rotation about x; so the next two.
+    """
+
+    linear_x: bool = False
+    linear_y: bool = False
+    linear_z: bool = False
+    angular_x: bool = False
+    angular_y: bool = False
+    angular_z: bool = False
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Visual:
     """What a renderer should draw; the server carries it and never looks inside.
 
@@ -357,6 +375,7 @@ class EntityInfo:
         mass: kg; None if the server did not say.
         geometries: What it collides with.
         visual: What to draw; None if there is nothing.
+        locked_axes: Where it cannot go.
     """
 
     entity: Entity
@@ -370,6 +389,7 @@ class EntityInfo:
     mass: float | None
     geometries: tuple[Geometry, ...]
     visual: Visual | None
+    locked_axes: LockedAxes = LockedAxes()
 
     @property
     def id(self) -> int:

@@ -33,6 +33,7 @@ enum class EntityField : uint32_t {
   kGravityScale = 1u << 12,
   kLinearSpeedMax = 1u << 13,
   kAngularSpeedMax = 1u << 14,
+  kLockedAxes = 1u << 15,
 };
 
 struct EntityFields {

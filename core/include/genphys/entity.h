@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -48,6 +49,14 @@ struct AutoDisable {
 
 AutoDisable Filled(const AutoDisable& policy, const AutoDisable& defaults);
 
+/// Axes of the world along which the centre of mass of a dynamic body does not move, and about which it does not turn.
+struct LockedAxes {
+  std::array<bool, 3> linear{};   // x, y, z
+  std::array<bool, 3> angular{};  // x, y, z
+  bool any() const { return *this != LockedAxes{}; }
+  bool operator==(const LockedAxes&) const = default;
+};
+
 /// The physics of an entity. Velocities are the initial ones, in world coordinates.
 struct RigidBody {
   MotionType motion_type = MotionType::kDynamic;
@@ -61,6 +70,7 @@ struct RigidBody {
   double gravity_scale = 1;                    // part of the world's gravity that acts on it
   std::optional<double> linear_speed_max;      // m/s, of the centre of mass; faster is slowed down at every step
   std::optional<double> angular_speed_max;     // rad/s, likewise
+  LockedAxes locked_axes;                      // of a dynamic body
 };
 
 /// What a renderer should draw; carried along, never looked into.

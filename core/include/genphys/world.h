@@ -120,6 +120,7 @@ class World {
   void Kick(const ApplyImpulse& command);
   void SetVelocityNow(const SetVelocity& command);
   void SetPoseNow(const SetPose& command);
+  void DropLockedOf(EntityRow row);
   void SetField(ForceFieldId id, ForceField field);
   void RestartAll();
   bool HasSpring(EntityId id) const;

@@ -46,6 +46,7 @@ struct BodyOptions {
   double linear_damping = 0;                   // 1/s
   double angular_damping = 0;                  // 1/s
   double gravity_scale = 1;                    // part of the world's gravity that acts on it
+  LockedAxes locked_axes;                      // of the world, along and about which it does not move
   bool is_sensor = false;
   Vector3 surface_velocity = Vector3::Zero();  // m/s, in the entity's frame: the surface runs like a belt
   std::string collision_space;
