@@ -26,7 +26,8 @@ constexpr uint32_t kBodyParts =
     static_cast<uint32_t>(EntityField::kLinearVelocity) | static_cast<uint32_t>(EntityField::kAngularVelocity) |
     static_cast<uint32_t>(EntityField::kLinearDamping) | static_cast<uint32_t>(EntityField::kAngularDamping) |
     static_cast<uint32_t>(EntityField::kGravityScale) | static_cast<uint32_t>(EntityField::kLinearSpeedMax) |
-    static_cast<uint32_t>(EntityField::kAngularSpeedMax) | static_cast<uint32_t>(EntityField::kLockedAxes);
+    static_cast<uint32_t>(EntityField::kAngularSpeedMax) | static_cast<uint32_t>(EntityField::kLockedAxes) |
+    static_cast<uint32_t>(EntityField::kErrorCorrection);
 
 Status CheckWrench(const Vector3& force, const Vector3& torque, const std::optional<Vector3>& point,
                    std::string_view force_name, std::string_view torque_name) {
@@ -190,6 +191,7 @@ Status CommandValidator::CheckEngine(const std::string& name) const {
   MissingFeatures missing(backend->capabilities());
   for (const Feature feature : settings_.required_features) missing.Need(feature);
   missing.Need(settings_.stepper);
+  if (settings_.default_error_correction.any()) missing.Need(Feature::kErrorCorrection);
   for (const PreparedEntity& prepared : prepared_) missing.Need(*prepared.desc);
   for (const std::optional<SceneEntity>& entity : world_.scene().entities) {
     if (entity && !changed_.contains(entity->id)) missing.Need(*entity->desc);
@@ -292,6 +294,7 @@ EntityDesc Merged(const EntityDesc& current, const UpdateEntity& update) {
   if (fields.Has(EntityField::kLinearSpeedMax)) to.linear_speed_max = from.linear_speed_max;
   if (fields.Has(EntityField::kAngularSpeedMax)) to.angular_speed_max = from.angular_speed_max;
   if (fields.Has(EntityField::kLockedAxes)) to.locked_axes = from.locked_axes;
+  if (fields.Has(EntityField::kErrorCorrection)) to.error_correction = from.error_correction;
   return merged;
 }
 

@@ -35,6 +35,12 @@ JointSide JointStep::SideOf(const EntityRef& entity, const Pose& frame, double h
   return side;
 }
 
+ErrorCorrection JointStep::CorrectionOf(const EntityRef& entity) const {
+  if (entity.is_world()) return {};
+  const auto& body = scene_.entities[entity.id.index()]->desc->rigid_body;
+  return body ? body->error_correction : ErrorCorrection{};
+}
+
 // What left the bounds of the world is held no longer, and holds nothing.
 bool JointStep::MayHold(const JointDesc& desc) const {
   const auto is_gone = [&](const EntityRef& entity) {
@@ -71,7 +77,8 @@ bool JointStep::Visit(uint32_t slot, double h, std::vector<JointRow>* rows) {
     RowWriter ahead(a_ahead, b_ahead, layer_.joints[slot], expected_);
     std::visit([&](const auto& joint) { WriteRows(joint, ahead); }, desc.kind);
   }
-  RowWriter writer(a, b, h, layer_.joints[slot], rows, {expected_, trust});
+  const ErrorCorrection correction = Gentler(CorrectionOf(desc.entity_a), CorrectionOf(desc.entity_b));
+  RowWriter writer(a, b, h, correction, layer_.joints[slot], rows, {expected_, trust});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
   if (rows != nullptr) held_[slot].share = h / writer.interval();
   return true;

@@ -35,6 +35,7 @@ class JointStep {
   };
 
   JointSide SideOf(const EntityRef& entity, const Pose& frame, double h) const;
+  ErrorCorrection CorrectionOf(const EntityRef& entity) const;
   bool MayHold(const JointDesc& desc) const;
   double Trust(const JointSide& side, uint32_t slot, double h) const;
   // Without `rows` the coordinates alone are noted. False: nothing that it holds can move.

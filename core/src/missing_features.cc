@@ -11,6 +11,7 @@ void MissingFeatures::Need(Feature feature) {
 void MissingFeatures::Need(const EntityDesc& desc) {
   if (!desc.rigid_body) return;
   const bool is_dynamic = desc.rigid_body->motion_type == MotionType::kDynamic;
+  if (desc.rigid_body->error_correction.any()) Need(Feature::kErrorCorrection);
   for (const Geometry& geometry : desc.rigid_body->geometries) {
     Need(FeatureOf(geometry.shape));
     if (geometry.is_sensor) Need(Feature::kSensors);

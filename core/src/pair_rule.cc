@@ -67,6 +67,7 @@ std::vector<GeometryRow> PairRule::Add(EntityRow entity, EntityId id, const Rigi
         .is_static = body.motion_type == MotionType::kStatic,
         .is_dynamic = body.motion_type == MotionType::kDynamic,
         .surface_velocity = geometry.pose_in_entity.orientation * geometry.surface_velocity,
+        .correction = body.error_correction,
     };
     if (!geometry.surface_velocity.isZero(0)) ++running_surfaces_;
     rows.push_back(row);

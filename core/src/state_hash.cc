@@ -89,6 +89,11 @@ void Put(ByteWriter& out, const AutoDisable& policy) {
   out.Put(rest_time);
 }
 
+void Put(ByteWriter& out, const ErrorCorrection& correction) {
+  const auto& [time_constant, speed_max, slop] = correction;
+  for (const std::optional<double>& field : {time_constant, speed_max, slop}) out.Put(field);
+}
+
 void Put(ByteWriter& out, const Geometry& geometry) {
   const auto& [id, shape, pose, material, category_bits, collides_with_bits, is_sensor, collision_space,
                surface_velocity] = geometry;
@@ -105,8 +110,8 @@ void Put(ByteWriter& out, const Geometry& geometry) {
 }
 
 void Put(ByteWriter& out, const RigidBody& body) {
-  const auto& [motion_type, geometries, inertia, auto_disable, linear_velocity, angular_velocity, linear_damping,
-               angular_damping, gravity_scale, linear_speed_max, angular_speed_max, locked_axes] = body;
+  const auto& [motion_type, geometries, inertia, auto_disable, error_correction, linear_velocity, angular_velocity,
+               linear_damping, angular_damping, gravity_scale, linear_speed_max, angular_speed_max, locked_axes] = body;
   const auto& [mass, center_of_mass, tensor] = inertia;
   out.Put(static_cast<uint8_t>(motion_type));
   out.Put(uint64_t{geometries.size()});
@@ -115,6 +120,7 @@ void Put(ByteWriter& out, const RigidBody& body) {
   out.Put(center_of_mass);
   out.Put(tensor);
   Put(out, auto_disable);
+  Put(out, error_correction);
   out.Put(linear_velocity);
   out.Put(angular_velocity);
   out.Put(linear_damping);
@@ -280,13 +286,15 @@ void Put(ByteWriter& out, const ForceField& field) {
 
 void Serialize(const Scene& scene, std::string& bytes) {
   const auto& [world, entities, joints, force_fields] = scene;
-  const auto& [engine, gravity, stepper, material, auto_disable, ground_plane, recorded, required] = world;
+  const auto& [engine, gravity, stepper, material, auto_disable, error_correction, ground_plane, recorded, required] =
+      world;
   ByteWriter out(bytes);
   out.Put(std::string_view(engine));
   out.Put(gravity);
   Put(out, stepper);
   Put(out, material);
   Put(out, auto_disable);
+  Put(out, error_correction);
   out.Put(ground_plane);
   Put(out, recorded);
   for (Feature feature : required) out.Put(static_cast<uint8_t>(feature));

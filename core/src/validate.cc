@@ -101,6 +101,7 @@ Status CheckBody(const RigidBody& body) {
   GENPHYS_RETURN_IF_ERROR(CheckGeometries(body));
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckInertia(body.inertia), "inertia"));
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckAutoDisable(body.auto_disable), "auto_disable"));
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckErrorCorrection(body.error_correction), "error_correction"));
   GENPHYS_RETURN_IF_ERROR(CheckVector(body.linear_velocity, Limits::kSpeedMax, "linear_velocity"));
   GENPHYS_RETURN_IF_ERROR(CheckVector(body.angular_velocity, Limits::kSpinMax, "angular_velocity"));
   GENPHYS_RETURN_IF_ERROR(CheckNumber(body.linear_damping, 0, Limits::kDampingMax, "linear_damping"));
@@ -179,6 +180,13 @@ Status CheckAutoDisable(const AutoDisable& policy) {
   return CheckOptional(policy.rest_time, 0, Limits::kRestTimeMax, "rest_time_seconds");
 }
 
+Status CheckErrorCorrection(const ErrorCorrection& correction) {
+  GENPHYS_RETURN_IF_ERROR(
+      CheckOptional(correction.time_constant, 0, Limits::kCorrectionTimeMax, "time_constant_seconds"));
+  GENPHYS_RETURN_IF_ERROR(CheckOptional(correction.speed_max, 0, Limits::kSpeedMax, "correction_speed_max"));
+  return CheckOptional(correction.slop, 0, Limits::kSlopMax, "slop_metres");
+}
+
 Status CheckEntity(const EntityDesc& desc) {
   GENPHYS_RETURN_IF_ERROR(CheckPose(desc.pose, "pose"));
   return desc.rigid_body ? WithFieldPrefix(CheckBody(*desc.rigid_body), "rigid_body") : absl::OkStatus();
@@ -186,6 +194,9 @@ Status CheckEntity(const EntityDesc& desc) {
 
 Status CheckFeatures(const EntityDesc& desc, const Capabilities& capabilities) {
   if (!desc.rigid_body) return absl::OkStatus();
+  if (desc.rigid_body->error_correction.any() && !capabilities.Has(Feature::kErrorCorrection)) {
+    return UnsupportedFeature(Feature::kErrorCorrection, capabilities.engine(), "rigid_body.error_correction");
+  }
   for (size_t i = 0; i < desc.rigid_body->geometries.size(); ++i) {
     const Geometry& geometry = desc.rigid_body->geometries[i];
     const std::string path = Cat("rigid_body.geometries[", i, "].");
@@ -211,6 +222,7 @@ EntityDesc Filled(const EntityDesc& desc, const WorldDesc& world) {
   if (!filled.rigid_body) return filled;
   RigidBody& body = *filled.rigid_body;
   body.auto_disable = Filled(body.auto_disable, world.default_auto_disable);
+  body.error_correction = Filled(body.error_correction, world.default_error_correction);
   NumberGeometries(body.geometries);
   for (Geometry& geometry : body.geometries) {
     geometry.material = Filled(geometry.material, world.default_material);

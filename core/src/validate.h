@@ -16,6 +16,7 @@ Status CheckStepper(const StepperDesc& stepper);
 Status CheckMaterial(const Material& material);
 Status CheckShape(const Shape& shape);
 Status CheckAutoDisable(const AutoDisable& policy);
+Status CheckErrorCorrection(const ErrorCorrection& correction);
 
 /// Numbers alone; whom it acts on is another matter.
 Status CheckForceField(const ForceField& field);

@@ -25,6 +25,8 @@ Status CheckWorld(const WorldDesc& desc) {
   GENPHYS_RETURN_IF_ERROR(CheckVector(desc.gravity, Limits::kGravityMax, "gravity"));
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckStepper(desc.stepper), "stepper"));
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckMaterial(desc.default_material), "defaults.material"));
+  GENPHYS_RETURN_IF_ERROR(
+      WithFieldPrefix(CheckErrorCorrection(desc.default_error_correction), "defaults.error_correction"));
   return WithFieldPrefix(CheckAutoDisable(desc.default_auto_disable), "defaults.auto_disable");
 }
 

@@ -15,7 +15,8 @@ namespace {
 // Parts of a description that the engine's body is made from.
 constexpr uint32_t kShapedBy =
     static_cast<uint32_t>(EntityField::kRigidBody) | static_cast<uint32_t>(EntityField::kMotionType) |
-    static_cast<uint32_t>(EntityField::kGeometries) | static_cast<uint32_t>(EntityField::kInertia);
+    static_cast<uint32_t>(EntityField::kGeometries) | static_cast<uint32_t>(EntityField::kInertia) |
+    static_cast<uint32_t>(EntityField::kErrorCorrection);
 // Parts that no physics depends on: they wake nobody.
 constexpr uint32_t kLooks =
     static_cast<uint32_t>(EntityField::kDisplayName) | static_cast<uint32_t>(EntityField::kVisual);

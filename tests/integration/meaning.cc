@@ -52,11 +52,6 @@ const std::vector<Known> kNames{
     {R"(WatchEventsRequest\.(after_sequence))", kLargestId, Reason::kOutOfRange, "$1"},
 };
 
-// What no engine of this server has.
-const std::vector<Known> kNowhere{
-    {R"([A-Za-z]+Request\.(.*\.error_correction)\..*)", kAny, Reason::kUnsupportedFeature, "$1"},
-};
-
 // What no body is. The neighbours that are possible have tests of their own.
 const std::vector<Known> kImpossible{
     // The entities of these cases are dynamic, and a half space is not.
@@ -97,7 +92,7 @@ const std::vector<Known> kImpossible{
 }  // namespace
 
 Meaning::Meaning(const std::string& engine) {
-  for (const auto* some : {&kNames, &kNowhere, &kImpossible}) {
+  for (const auto* some : {&kNames, &kImpossible}) {
     for (const Known& known : *some) rules_.push_back({known.where, known.probe, known.reason, known.blamed});
   }
   const Capabilities& capabilities = Engines().Find(engine)->capabilities();

@@ -166,7 +166,8 @@ TEST_P(LiveRefusal, MeetsAnUpdateOfWhatIsNotThere) {
 
   bench_.TryStep(update + "paths: \"rigid_body.colour\" } } }", "INVALID_VALUE " + mask);
   bench_.TryStep(update + "paths: \"id\" } } }", "INVALID_VALUE " + mask);
-  bench_.TryStep(update + "paths: \"rigid_body.error_correction\" } } }", "UNSUPPORTED_FEATURE " + mask);
+  bench_.TryStep(update + "paths: \"rigid_body.error_correction\" } } }", "accepted");
+  bench_.TryStep(update + "paths: \"rigid_body.error_correction.slop_metres\" } } }", "INVALID_VALUE " + mask);
   bench_.TryStep(update + "paths: \"rigid_body.geometries\" } } }",
                  "MISSING_FIELD commands[0].update_entity.entity.rigid_body.inertia.mass");
   bench_.TryStep(update + "paths: \"rigid_body\" } } }", "accepted");

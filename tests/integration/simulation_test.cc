@@ -63,11 +63,11 @@ TEST(CreateEntity, BlamesTheFieldOfTheRequest) {
   // Found when it is decoded.
   v1::Geometry& geometry = *entity.mutable_rigid_body()->add_geometries();
   geometry.mutable_shape()->mutable_sphere()->set_radius(1);
-  entity.mutable_rigid_body()->mutable_error_correction()->set_stiffness(1);
-  const Status feature = MustNot(server.simulation(), &Simulation::CreateEntity, request);
-  EXPECT_EQ(RefusalOf(feature)->reason, Reason::kUnsupportedFeature) << feature.ToString();
-  EXPECT_TRUE(RefusalOf(feature)->field.starts_with("entity.rigid_body.error_correction")) << feature.ToString();
-  entity.mutable_rigid_body()->clear_error_correction();
+  v1::Geometry& flat = *entity.mutable_rigid_body()->add_geometries();
+  for (int i = 0; i < 12; ++i) flat.mutable_shape()->mutable_convex_hull()->add_vertices(i % 3 == 2 ? 1 : i);
+  ExpectRefusal(MustNot(server.simulation(), &Simulation::CreateEntity, request), Reason::kInvalidValue,
+                "entity.rigid_body.geometries[1].shape.convex_hull.vertices");
+  entity.mutable_rigid_body()->mutable_geometries()->RemoveLast();
 
   // Found by the model: no body has such moments.
   for (const double element : {1.0, 0.0, 0.0, 1.0, 0.0, 9.0}) {

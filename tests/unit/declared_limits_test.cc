@@ -145,6 +145,9 @@ TEST(DeclaredLimits, AreTheLimitsOfTheModel) {
       {v1::AutoDisable::descriptor(), "linear_speed_max", 0, L::kSpeedMax},
       {v1::AutoDisable::descriptor(), "angular_speed_max", 0, L::kSpinMax},
       {v1::AutoDisable::descriptor(), "rest_time_seconds", 0, L::kRestTimeMax},
+      {v1::ErrorCorrection::descriptor(), "time_constant_seconds", 0, L::kCorrectionTimeMax},
+      {v1::ErrorCorrection::descriptor(), "correction_speed_max", 0, L::kSpeedMax},
+      {v1::ErrorCorrection::descriptor(), "slop_metres", 0, L::kSlopMax},
   };
   for (const Agreement& agreement : agreements) {
     const FieldDescriptor* field = agreement.type->FindFieldByName(agreement.field);

@@ -194,7 +194,7 @@ TEST(WireUpdate, ChangesEveryPartWhenAllAreSetAndThereIsNoMask) {
 
   ASSERT_TRUE(command.ok()) << command.status();
   EntityFields all;
-  all.bits = Bits({EntityField::kAngularSpeedMax}) * 2 - 1;
+  all.bits = Bits({EntityField::kErrorCorrection}) * 2 - 1;
   EXPECT_EQ(std::get<UpdateEntity>(*command).fields.bits, all.bits & ~Bits({EntityField::kRigidBody}));
 }
 
@@ -217,11 +217,6 @@ TEST(WireUpdate, NamesThePartThatADeeperPathBelongsTo) {
 
   EXPECT_EQ(Verdict(status), "INVALID_VALUE update_entity.update_mask");
   EXPECT_NE(MessageOf(status).find("name \"rigid_body.inertia\""), std::string::npos) << status;
-}
-
-TEST(WireUpdate, RefusesErrorCorrectionAsAFeature) {
-  EXPECT_EQ(Verdict(Updated(FilledEntity(), {"rigid_body.error_correction"}).status()),
-            "UNSUPPORTED_FEATURE update_entity.update_mask");
 }
 
 TEST(WireUpdate, OfNothingStaysAnUpdateOfNothing) {

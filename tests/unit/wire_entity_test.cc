@@ -89,20 +89,6 @@ TEST(WireEntity, RefusesAShapeOfNoKind) {
   EXPECT_EQ(Verdict(DecodeEntity(entity).status()), "MISSING_FIELD rigid_body.geometries[1].shape.kind");
 }
 
-TEST(WireEntity, RefusesEachFieldOfErrorCorrectionButNotAnEmptyOne) {
-  v1::Entity entity;
-  v1::ErrorCorrection* correction = entity.mutable_rigid_body()->mutable_error_correction();
-  EXPECT_EQ(Verdict(DecodeEntity(entity).status()), "accepted");
-
-  const google::protobuf::Descriptor* type = v1::ErrorCorrection::descriptor();
-  for (int i = 0; i < type->field_count(); ++i) {
-    correction->Clear();
-    correction->GetReflection()->SetDouble(correction, type->field(i), 1);
-    EXPECT_EQ(Verdict(DecodeEntity(entity).status()), "UNSUPPORTED_FEATURE rigid_body.error_correction")
-        << type->field(i)->name();
-  }
-}
-
 TEST(WireEntity, TakesTheDocumentedDefaultForWhatIsUnset) {
   v1::Entity entity;
   v1::RigidBody* body = entity.mutable_rigid_body();

@@ -28,11 +28,10 @@ inline std::string Verdict(const Status& status) {
   return std::string(NameOf(refusal->reason)) + " " + refusal->field;
 }
 
-/// Every field set, but for what no engine has.
+/// Every field set.
 inline v1::Entity FilledEntity(const std::string& shape = "sphere") {
   v1::Entity entity;
   FillEveryField(&entity, {{"genphys.v1.Shape.kind", shape}});
-  entity.mutable_rigid_body()->clear_error_correction();
   return entity;
 }
 

@@ -13,7 +13,6 @@ v1::World FilledWorld() {
   v1::World world;
   FillEveryField(&world);
   world.set_engine("engines/bullet");
-  world.mutable_defaults()->clear_error_correction();
   world.clear_record_state_hash();
   return world;
 }
@@ -47,16 +46,6 @@ TEST(WireWorld, RefusesAnEngineNameOfAnotherForm) {
   world.set_engine("ode");
 
   EXPECT_EQ(Verdict(DecodeWorld(world, "ode").status()), "INVALID_VALUE engine");
-}
-
-TEST(WireWorld, RefusesErrorCorrectionInItsDefaults) {
-  v1::World world;
-  world.mutable_defaults()->mutable_error_correction();
-  EXPECT_EQ(Verdict(DecodeWorld(world, "ode").status()), "accepted");
-
-  world.mutable_defaults()->mutable_error_correction()->set_stiffness(1);
-
-  EXPECT_EQ(Verdict(DecodeWorld(world, "ode").status()), "UNSUPPORTED_FEATURE defaults.error_correction");
 }
 
 TEST(WireWorld, NamesEveryFeatureAsTheModelDoes) {

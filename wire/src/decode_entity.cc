@@ -41,10 +41,10 @@ LockedAxes DecodeLocks(const v1::LockedAxes& axes) {
 }
 
 Result<RigidBody> DecodeBody(const v1::RigidBody& body) {
-  GENPHYS_RETURN_IF_ERROR(CheckErrorCorrection(body.error_correction()));
   RigidBody decoded{.motion_type = DecodeMotionType(body.motion_type()),
                     .inertia = DecodeInertia(body.inertia()),
                     .auto_disable = DecodeAutoDisable(body.auto_disable()),
+                    .error_correction = DecodeErrorCorrection(body.error_correction()),
                     .linear_velocity = DecodeVector(body.linear_velocity()),
                     .angular_velocity = DecodeVector(body.angular_velocity()),
                     .linear_damping = body.linear_damping(),

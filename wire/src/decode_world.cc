@@ -40,11 +40,11 @@ EventKinds DecodeKinds(const v1::EventKinds& kinds) {
 }
 
 Result<WorldDesc> DecodeWorld(const v1::World& world, std::string_view default_engine) {
-  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckErrorCorrection(world.defaults().error_correction()), "defaults"));
   WorldDesc decoded{.engine = std::string(default_engine),
                     .stepper = DecodeStepper(world.stepper()),
                     .default_material = DecodeMaterial(world.defaults().material()),
-                    .default_auto_disable = DecodeAutoDisable(world.defaults().auto_disable())};
+                    .default_auto_disable = DecodeAutoDisable(world.defaults().auto_disable()),
+                    .default_error_correction = DecodeErrorCorrection(world.defaults().error_correction())};
   if (!world.engine().empty()) {
     Result<std::string> engine = DecodeEngineName(world.engine());
     if (!engine.ok()) return engine.status();

@@ -45,6 +45,7 @@ void EncodeBody(const RigidBody& body, v1::RigidBody* out) {
   for (const Geometry& geometry : body.geometries) EncodeGeometry(geometry, out->add_geometries());
   EncodeInertia(body.inertia, out);
   if (body.auto_disable != AutoDisable{}) EncodeAutoDisable(body.auto_disable, out->mutable_auto_disable());
+  if (body.error_correction.any()) EncodeErrorCorrection(body.error_correction, out->mutable_error_correction());
   EncodeVector(body.linear_velocity, out->mutable_linear_velocity());
   EncodeVector(body.angular_velocity, out->mutable_angular_velocity());
   out->set_linear_damping(body.linear_damping);

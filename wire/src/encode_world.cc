@@ -37,6 +37,9 @@ void EncodeWorld(const WorldDesc& desc, std::string_view name, v1::World::State 
   EncodeStepper(desc.stepper, out->mutable_stepper());
   EncodeMaterial(desc.default_material, out->mutable_defaults()->mutable_material());
   EncodeAutoDisable(desc.default_auto_disable, out->mutable_defaults()->mutable_auto_disable());
+  if (desc.default_error_correction.any()) {
+    EncodeErrorCorrection(desc.default_error_correction, out->mutable_defaults()->mutable_error_correction());
+  }
   if (desc.ground_plane) out->set_ground_plane(*desc.ground_plane);
   EncodeKinds(desc.recorded_events, out->mutable_recorded_events());
   for (const Feature feature : desc.required_features) out->add_required_features(EncodeFeature(feature));

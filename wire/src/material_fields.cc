@@ -1,7 +1,6 @@
 #include "material_fields.h"
 
 #include "enums.h"
-#include "values.h"
 
 namespace genphys {
 
@@ -45,11 +44,18 @@ void EncodeAutoDisable(const AutoDisable& policy, v1::AutoDisable* out) {
   if (policy.rest_time) out->set_rest_time_seconds(*policy.rest_time);
 }
 
-Status CheckErrorCorrection(const v1::ErrorCorrection& correction) {
-  const bool asks = correction.has_stiffness() || correction.has_damping_ratio() || correction.has_slop_metres() ||
-                    correction.has_correction_speed_max();
-  // An empty one asks for the engine's choice, which is what it gets.
-  return asks ? NowhereSupported(Feature::kErrorCorrection, "error_correction") : Status();
+ErrorCorrection DecodeErrorCorrection(const v1::ErrorCorrection& correction) {
+  ErrorCorrection decoded;
+  if (correction.has_time_constant_seconds()) decoded.time_constant = correction.time_constant_seconds();
+  if (correction.has_correction_speed_max()) decoded.speed_max = correction.correction_speed_max();
+  if (correction.has_slop_metres()) decoded.slop = correction.slop_metres();
+  return decoded;
+}
+
+void EncodeErrorCorrection(const ErrorCorrection& correction, v1::ErrorCorrection* out) {
+  if (correction.time_constant) out->set_time_constant_seconds(*correction.time_constant);
+  if (correction.speed_max) out->set_correction_speed_max(*correction.speed_max);
+  if (correction.slop) out->set_slop_metres(*correction.slop);
 }
 
 }  // namespace genphys

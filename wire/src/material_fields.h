@@ -1,7 +1,6 @@
 #pragma once
 #include "genphys/entity.h"
 #include "genphys/material.h"
-#include "genphys/status.h"
 #include "genphys/v1/entity.pb.h"
 
 // What a geometry or body has of its own and a world as a default: every field may be unset on both sides.
@@ -14,7 +13,7 @@ void EncodeMaterial(const Material& material, v1::Material* out);
 AutoDisable DecodeAutoDisable(const v1::AutoDisable& policy);
 void EncodeAutoDisable(const AutoDisable& policy, v1::AutoDisable* out);
 
-/// UNSUPPORTED_FEATURE "error_correction" if any field of it is set.
-Status CheckErrorCorrection(const v1::ErrorCorrection& correction);
+ErrorCorrection DecodeErrorCorrection(const v1::ErrorCorrection& correction);
+void EncodeErrorCorrection(const ErrorCorrection& correction, v1::ErrorCorrection* out);
 
 }  // namespace genphys

@@ -31,9 +31,8 @@ constexpr std::array kPaths{
     FieldPath{"rigid_body.linear_speed_max", EntityField::kLinearSpeedMax},
     FieldPath{"rigid_body.angular_speed_max", EntityField::kAngularSpeedMax},
     FieldPath{"rigid_body.locked_axes", EntityField::kLockedAxes},
+    FieldPath{"rigid_body.error_correction", EntityField::kErrorCorrection},
 };
-
-constexpr std::string_view kErrorCorrectionPath = "rigid_body.error_correction";
 
 bool IsInside(std::string_view path, std::string_view whole) {
   return path.size() > whole.size() && path.starts_with(whole) && path[whole.size()] == '.';
@@ -45,9 +44,6 @@ Result<EntityField> DecodePath(const std::string& path) {
   for (const FieldPath& known : kPaths) {
     if (path == known.path) return known.field;
     if (IsInside(path, known.path)) part = known.path;
-  }
-  if (path == kErrorCorrectionPath || IsInside(path, kErrorCorrectionPath)) {
-    return NowhereSupported(Feature::kErrorCorrection, "update_mask");
   }
   if (part.empty() || part == "rigid_body") {
     return Refuse(Reason::kInvalidValue, "update_mask", "\"" + path + "\" names no field that an update can change");
@@ -87,6 +83,7 @@ EntityFields PopulatedFields(const v1::Entity& entity) {
     add_if(body.has_linear_speed_max(), EntityField::kLinearSpeedMax);
     add_if(body.has_angular_speed_max(), EntityField::kAngularSpeedMax);
     add_if(body.has_locked_axes(), EntityField::kLockedAxes);
+    add_if(body.has_error_correction(), EntityField::kErrorCorrection);
     add_if(fields.bits == 0, EntityField::kRigidBody);
   }
   add_if(!entity.display_name().empty(), EntityField::kDisplayName);

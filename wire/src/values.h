@@ -62,10 +62,4 @@ void EncodeColumn(const std::vector<Row>& rows, std::string* out) {
 
 static_assert(sizeof(Vector3) == 3 * sizeof(double), "a column of vectors has no padding");
 
-/// UNSUPPORTED_FEATURE for what no engine of this build can have.
-inline Status NowhereSupported(Feature feature, std::string_view field) {
-  return Refuse(Reason::kUnsupportedFeature, field,
-                "no engine of this server supports " + std::string(NameOf(feature)));
-}
-
 }  // namespace genphys

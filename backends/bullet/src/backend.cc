@@ -59,10 +59,10 @@ Status CheckSolver() {
   const PointImpulse none;
   ContactSolver solver;
   solver.SetIterations(kIterations);
-  solver.Begin(1);
+  solver.Begin(kStepSize, 1);
   solver.AddBody(body);
   solver.AddPair(nullptr, &body, {}, {&point, 1}, {&none, 1});
-  solver.Solve(kStepSize);
+  solver.Solve(false);
   solver.TakeImpulses(0, {&point, 1});
   if (body.motion.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {
     return absl::InternalError("the solver of the Bullet that is linked is not the one its headers describe");
@@ -98,7 +98,8 @@ class BulletBackend final : public Backend {
        Feature::kShapeCone,    Feature::kShapeEllipsoid,  Feature::kContacts,          Feature::kRayCasts,
        Feature::kShapeQueries, Feature::kSensors,         Feature::kSolverIterative,   Feature::kJointBall,
        Feature::kJointHinge,   Feature::kJointSlider,     Feature::kJointUniversal,    Feature::kJointFixed,
-       Feature::kJointWheel,   Feature::kJointSixDof,     Feature::kJointDistance,     Feature::kJointGear}};
+       Feature::kJointWheel,   Feature::kJointSixDof,     Feature::kErrorCorrection,   Feature::kJointDistance,
+       Feature::kJointGear}};
 };
 
 }  // namespace

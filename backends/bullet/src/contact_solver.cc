@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "direct_solve.h"
 
@@ -41,6 +42,17 @@ void RunSurface(const btVector3& run, const Body* a, const Body* b, btManifoldPo
   point.m_contactMotion1 = run.dot(point.m_lateralFrictionDir1);
   point.m_contactMotion2 = run.dot(point.m_lateralFrictionDir2);
   point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+}
+
+// What is taken away of an overlap, and how fast. No more of it is told than may be taken away in one step.
+void SetCorrection(const ErrorCorrection& correction, double step_size, btManifoldPoint& point) {
+  const double depth = -point.getDistance();
+  if (depth <= 0) return;
+  point.m_contactERP = correction.PartOf(step_size, kOverlapTakenPerStep);
+  point.m_contactPointFlags |= BT_CONTACT_FLAG_HAS_CONTACT_ERP;
+  const double left = std::max(depth - correction.slop.value_or(0), 0.0);
+  const double speed_max = correction.speed_max.value_or(std::numeric_limits<double>::infinity());
+  point.setDistance(-std::min(left, speed_max * step_size / point.m_contactERP));
 }
 
 btVector3 CenterOf(const btSolverBody& body) { return body.m_worldTransform.getOrigin(); }
@@ -97,7 +109,8 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
   info_.m_solverMode = kSolverMode;
 }
 
-void ContactSolver::Begin(double warm_scale) {
+void ContactSolver::Begin(double step_size, double warm_scale) {
+  info_.m_timeStep = step_size;
   warm_scale_ = warm_scale;
   bodies_.clear();
   rows_.clear();
@@ -132,6 +145,7 @@ void ContactSolver::AddManifold(Body* a, Body* b, const ContactPair& pair, std::
     point.m_positionWorldOnA = point.m_positionWorldOnB = ToBullet(points[i].position);
     point.m_combinedFriction = points[i].friction;
     point.m_appliedImpulse = warm_scale_ * warm_impulses[i].normal;
+    if (pair.correction.any()) SetCorrection(pair.correction, info_.m_timeStep, point);
     if (points[i].is_ahead) {
       // Beyond the threshold the solver passes it over.
       point.m_distance1 = BT_LARGE_FLOAT;
@@ -143,12 +157,11 @@ void ContactSolver::AddManifold(Body* a, Body* b, const ContactPair& pair, std::
   }
 }
 
-void ContactSolver::Solve(double step_size, bool direct) {
+void ContactSolver::Solve(bool direct) {
   is_direct_ = direct;
   // Sweeps follow the slip from step to step, so that one direction is enough for them. What is solved all at once is
   // held in both: a wheel that is driven one way would drift the other.
   info_.m_solverMode = kSolverMode | (direct ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0);
-  info_.m_timeStep = step_size;
   manifold_pointers_.clear();
   int points = 1 + static_cast<int>(rows_.size());
   for (size_t i = 0; i < manifold_count_; ++i) {

@@ -25,8 +25,9 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Few contacts get more than a preset's.
   void SetIterations(uint32_t iterations) { iterations_ = static_cast<int>(iterations); }
 
-  /// Empties the group. Impulses to start from are multiplied by `warm_scale`.
-  void Begin(double warm_scale);
+  /// Empties the group, which will be solved for a step of `step_size` seconds. Impulses to start from are multiplied
+  /// by `warm_scale`.
+  void Begin(double step_size, double warm_scale);
 
   /// Adds a body, dynamic or kinematic, whose `rigid` is loaded. Each one that a pair names must be added, and once.
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
@@ -41,9 +42,9 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
 
   bool is_empty() const { return manifold_count_ == 0 && rows_.empty(); }
 
-  /// Solves for a step of `step_size` seconds and writes what came out into the bodies' `motion`. All at once, if it
-  /// shall be `direct` and the equations let it; else in sweeps.
-  void Solve(double step_size, bool direct = false);
+  /// Solves and writes what came out into the bodies' `motion`. All at once, if it shall be `direct` and the equations
+  /// let it; else in sweeps.
+  void Solve(bool direct);
 
   /// Fills the impulses of the points of the pair that was added as number `index`.
   void TakeImpulses(size_t index, std::span<ContactPoint> points) const;

@@ -86,6 +86,7 @@ void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
                               .geometry_a = a.row,
                               .geometry_b = b.row,
                               .material = rule.Mixed(a.row, b.row),
+                              .correction = rule.Correction(a.row, b.row),
                               .is_sensor = candidate.is_sensor,
                               .first_point = static_cast<uint32_t>(contacts.points.size()),
                               .point_count = static_cast<uint32_t>(meeting.count)});
@@ -146,11 +147,11 @@ bool World::IsDirect(const Islands::Island& island) const {
 void World::SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
                        ContactBuffer& contacts, std::span<JointRow> joint_rows) {
   ++group_stamp_;
-  solver_.Begin(warm_scale);
+  solver_.Begin(step_size, warm_scale);
   LoadContacts(island, state, contacts);
   LoadRows(island, state, joint_rows);
   if (solver_.is_empty()) return;
-  solver_.Solve(step_size, island != Islands::kNone);
+  solver_.Solve(island != Islands::kNone);
   StoreImpulses(contacts);
 }
 

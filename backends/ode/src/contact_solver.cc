@@ -90,6 +90,18 @@ void TurnToRolling(const ContactConstraint& contact, double step_size, dContact&
   ToOde(along / spin, to.fdir1);
 }
 
+// What is taken away of an overlap, and how fast. No more of it is told than may be taken away in one step.
+void SetDepth(const ContactConstraint& contact, double step_size, dContact& to) {
+  const ErrorCorrection& correction = contact.correction;
+  const double part = correction.PartOf(step_size, kErrorReduction);
+  const double most = correction.speed_max.value_or(kPushOutSpeedMax) * step_size / part;
+  const double slop = correction.slop.value_or(0);
+  to.geom.depth = std::min(std::max(contact.depth - slop, 0.0), kSurfaceLayer + most);
+  if (!correction.time_constant) return;
+  to.surface.mode |= dContactSoftERP;
+  to.surface.soft_erp = part;
+}
+
 void SetSoftness(double softness, dContact& to) {
   to.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
   to.surface.soft_cfm = to.surface.slip1 = to.surface.slip2 = softness;
@@ -232,7 +244,7 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
     ode_contact.surface.mode |= dContactMotionN;
     ode_contact.surface.motionN = contact.depth / step_size_;
   } else {
-    ode_contact.geom.depth = std::min(contact.depth, kSurfaceLayer + kPushOutSpeedMax * step_size_ / kErrorReduction);
+    SetDepth(contact, step_size_, ode_contact);
   }
   if (is_direct_) SetSoftness(Softness(contact), ode_contact);
   SetFriction(contact, step_size_, ode_contact);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "genphys/error_correction.h"
 #include "genphys/inertia.h"
 #include "genphys/stepper.h"
 #include "row_composer.h"
@@ -38,6 +39,7 @@ struct ContactConstraint {
   Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s: the slip
   // m/s, at the point, at which there is none: of an immovable other side, less how the surface of `body` runs.
   Vector3 other_velocity = Vector3::Zero();
+  ErrorCorrection correction;
   double rolling_friction = 0;              // m
   double spinning_friction = 0;             // m
   Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s

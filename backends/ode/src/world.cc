@@ -107,6 +107,7 @@ void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
                               .geometry_a = pair.a,
                               .geometry_b = pair.b,
                               .material = rule.Mixed(pair.a, pair.b),
+                              .correction = rule.Correction(pair.a, pair.b),
                               .is_sensor = pair.is_sensor,
                               .first_point = first_point,
                               .point_count = count});
@@ -307,6 +308,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                       .friction = point.friction,
                       .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
                       .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
+                      .correction = pair.correction,
                       .rolling_friction = pair.material.rolling_friction,
                       .spinning_friction = pair.material.spinning_friction,
                       .relative_spin = pushed.angular_velocity - other.angular_velocity,

@@ -46,6 +46,11 @@ def entity_info(message: Any) -> model.EntityInfo:
         locked_axes=model.LockedAxes(
             **{field.name: getattr(body.locked_axes, field.name) for field in dataclasses.fields(model.LockedAxes)}
         ),
+        error_correction=model.ErrorCorrection(
+            time_constant=_optional(body.error_correction, "time_constant_seconds"),
+            correction_speed_max=_optional(body.error_correction, "correction_speed_max"),
+            slop=_optional(body.error_correction, "slop_metres"),
+        ),
     )
 
 

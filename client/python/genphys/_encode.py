@@ -180,8 +180,7 @@ def correction_policy(policy: model.ErrorCorrection | None) -> Any:
     if policy is None:
         return None
     return wire.ErrorCorrection(
-        stiffness=policy.stiffness,
-        damping_ratio=policy.damping_ratio,
+        time_constant_seconds=policy.time_constant,
         slop_metres=policy.slop,
         correction_speed_max=policy.correction_speed_max,
     )

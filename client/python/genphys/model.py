@@ -204,19 +204,17 @@ class AutoDisable:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ErrorCorrection:
-    """How violated constraints are brought back. None leaves a value to the world or the engine.
+    """How overlaps and the gaps of joints are taken away. None leaves a value to the world or the engine.
 
     Attributes:
-        stiffness: Of the spring that brings them back, N/m.
-        damping_ratio: Of that spring over critical damping.
-        slop: Violation that is left alone, metres.
-        correction_speed_max: Fastest speed of correction, m/s.
+        time_constant: In which a violation falls to 1 / e, seconds; zero: at once, in each substep.
+        correction_speed_max: Fastest speed at which it is taken away, m/s.
+        slop: Part of it that is left alone, metres.
     """
 
-    stiffness: float | None = None
-    damping_ratio: float | None = None
-    slop: float | None = None
+    time_constant: float | None = None
     correction_speed_max: float | None = None
+    slop: float | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -376,6 +374,7 @@ class EntityInfo:
         geometries: What it collides with.
         visual: What to draw; None if there is nothing.
         locked_axes: Where it cannot go.
+        error_correction: How its overlaps and the gaps of its joints are taken away.
     """
 
     entity: Entity
@@ -390,6 +389,7 @@ class EntityInfo:
     geometries: tuple[Geometry, ...]
     visual: Visual | None
     locked_axes: LockedAxes = LockedAxes()
+    error_correction: ErrorCorrection = ErrorCorrection()
 
     @property
     def id(self) -> int:

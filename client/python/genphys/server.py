@@ -100,7 +100,7 @@ class Server:
             rolling_friction: Largest torque against rolling over the normal force, metres.
             spinning_friction: The same against spinning.
             auto_disable: When resting entities fall asleep.
-            error_correction: How violated constraints are brought back.
+            error_correction: How overlaps and the gaps of joints are taken away.
             recorded_events: Which kinds of events happen at all.
             record_state_hash: Put a hash of the state into every stamp.
             required_features: Fail unless the engine has all of these, as in "shape_box".

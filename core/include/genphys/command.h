@@ -34,6 +34,7 @@ enum class EntityField : uint32_t {
   kLinearSpeedMax = 1u << 13,
   kAngularSpeedMax = 1u << 14,
   kLockedAxes = 1u << 15,
+  kErrorCorrection = 1u << 16,
 };
 
 struct EntityFields {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "genphys/error_correction.h"
 #include "genphys/ids.h"
 #include "genphys/material.h"
 #include "genphys/math.h"
@@ -33,6 +34,7 @@ struct ContactPair {
   GeometryRow geometry_a{};
   GeometryRow geometry_b{};
   MixedMaterial material;
+  ErrorCorrection correction;
   /// m/s, world: how the surface of b runs against that of a, on top of how both move. Solve() takes what lies across
   /// the normal of a point as slip there; the layer fills it before.
   Vector3 surface_velocity = Vector3::Zero();

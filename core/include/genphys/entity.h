@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "genphys/error_correction.h"
 #include "genphys/material.h"
 #include "genphys/math.h"
 #include "genphys/shape.h"
@@ -63,6 +64,7 @@ struct RigidBody {
   std::vector<Geometry> geometries;
   InertiaDesc inertia;
   AutoDisable auto_disable;
+  ErrorCorrection error_correction;
   Vector3 linear_velocity = Vector3::Zero();   // of the centre of mass, m/s
   Vector3 angular_velocity = Vector3::Zero();  // rad/s
   double linear_damping = 0;                   // 1/s: velocity decays as exp(-c t)

@@ -27,6 +27,8 @@ struct Limits {
   static constexpr unsigned kForceFieldsMax = 1000;
   static constexpr double kInertiaMax = 1e20;
   static constexpr double kRestTimeMax = 1e6;
+  static constexpr double kCorrectionTimeMax = 1e6;
+  static constexpr double kSlopMax = 1;
   static constexpr double kRayLengthMax = 2e7;
   /// Of a spring, a damper or a motor, in its own unit: N/m, N*s/m, N, or those of rotation.
   static constexpr double kJointAngleMax = 1e4;

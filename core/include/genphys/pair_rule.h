@@ -28,6 +28,7 @@ class PairRule final {
     bool is_static = false;                      // of a static entity
     bool is_dynamic = false;                     // of a dynamic entity
     Vector3 surface_velocity = Vector3::Zero();  // m/s, in the frame of the entity
+    ErrorCorrection correction;                  // filled
   };
 
   /// Symmetric: nothing that is disregarded collides; each side must be in the other's mask; members of one space and
@@ -39,6 +40,11 @@ class PairRule final {
   bool SeenByRay(GeometryRow geometry, uint64_t bits) const;
 
   MixedMaterial Mixed(GeometryRow a, GeometryRow b) const;
+
+  /// How the overlap of both is taken away.
+  ErrorCorrection Correction(GeometryRow a, GeometryRow b) const {
+    return Gentler(infos_[Index(a)].correction, infos_[Index(b)].correction);
+  }
 
   /// Whether the surface of any geometry runs over it.
   bool any_surface_runs() const { return running_surfaces_ > 0; }

@@ -23,6 +23,7 @@ struct WorldDesc {
   StepperDesc stepper;
   Material default_material;
   AutoDisable default_auto_disable;
+  ErrorCorrection default_error_correction;
   std::optional<bool> ground_plane;  // an infinite static floor at z = 0; unset: if the engine has planes
   EventKinds recorded_events;
   std::vector<Feature> required_features;  // creation fails unless the engine has all of these

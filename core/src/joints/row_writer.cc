@@ -81,8 +81,10 @@ double RowWriter::Mobility(const JointRow& row) const {
 }
 
 double RowWriter::Correction(double error, bool is_angular) const {
-  const double bound = is_angular ? kCorrectionSpinMax : kCorrectionSpeedMax;
-  return std::clamp(-kCorrected * error / step_size_, -bound, bound);
+  const double bound = is_angular ? kCorrectionSpinMax : correction_.speed_max.value_or(kCorrectionSpeedMax);
+  const double slop = is_angular ? 0 : correction_.slop.value_or(0);
+  const double left = std::copysign(std::max(std::abs(error) - slop, 0.0), error);
+  return std::clamp(-correction_.PartOf(step_size_, kCorrected) * left / step_size_, -bound, bound);
 }
 
 JointRow& RowWriter::Add(const Coordinate& coordinate) {

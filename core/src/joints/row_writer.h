@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "genphys/error_correction.h"
 #include "genphys/joint.h"
 #include "genphys/joint_row.h"
 
@@ -56,9 +57,9 @@ struct Foresight {
 class RowWriter {
  public:
   /// Without `rows` the coordinates alone are noted in `state`.
-  RowWriter(const JointSide& a, const JointSide& b, double step_size, JointState& state, std::vector<JointRow>* rows,
-            const Foresight& expected)
-      : a_(a), b_(b), step_size_(step_size), state_(state), rows_(rows), expected_(expected) {}
+  RowWriter(const JointSide& a, const JointSide& b, double step_size, const ErrorCorrection& correction,
+            JointState& state, std::vector<JointRow>* rows, const Foresight& expected)
+      : a_(a), b_(b), step_size_(step_size), correction_(correction), state_(state), rows_(rows), expected_(expected) {}
 
   /// Writes nothing, but lists the positions of all coordinates in the order in which they are locked and driven.
   RowWriter(const JointSide& a, const JointSide& b, JointState& state, std::vector<double>& positions)
@@ -106,6 +107,7 @@ class RowWriter {
   const JointSide& a_;
   const JointSide& b_;
   double step_size_;
+  ErrorCorrection correction_;
   JointState& state_;
   std::vector<JointRow>* rows_;
   std::vector<double>* positions_ = nullptr;
