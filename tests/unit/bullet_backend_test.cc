@@ -27,7 +27,7 @@ TEST(BulletBackend, ListsOnlyWhatItCan) {
   EXPECT_EQ(capabilities.version(), "3.24");
   EXPECT_TRUE(capabilities.Has(Feature::kShapeCylinder));
   EXPECT_TRUE(capabilities.Has(Feature::kSolverIterative));
-  EXPECT_FALSE(capabilities.Has(Feature::kSolverDirect));
+  EXPECT_TRUE(capabilities.Has(Feature::kSolverDirect));
   EXPECT_TRUE(capabilities.Has(Feature::kShapeConvexHull));
   EXPECT_FALSE(capabilities.Has(Feature::kDynamicTriangleMesh));
   EXPECT_TRUE(capabilities.Has(Feature::kJointGear));

@@ -189,7 +189,7 @@ TEST(Worlds, AreRefusedWithTheFieldThatIsWrong) {
   EXPECT_EQ(refusal({.gravity = {0, 0, kNan}}).field, "gravity.z");
   EXPECT_EQ(refusal({.stepper = {.step_size = 1}}).field, "stepper.step_size_seconds");
   EXPECT_EQ(refusal({.engine = "ballistic", .ground_plane = true}).field, "ground_plane");
-  EXPECT_EQ(refusal({.engine = "bullet", .stepper = {.solver = Solver::kDirect}}).field, "stepper.solver");
+  EXPECT_EQ(refusal({.engine = "ballistic", .stepper = {.solver = Solver::kDirect}}).field, "stepper.solver");
   EXPECT_EQ(refusal({.required_features = {Feature::kExactSnapshot}}).reason, Reason::kUnsupportedFeature);
   EXPECT_EQ(refusal({.engine = "ballistic", .required_features = {Feature::kSolverDirect}}).field, "engine");
 }

@@ -18,7 +18,7 @@ constexpr int kPointUpdates = 2000;
 constexpr int kIterationsMax = 100;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
-constexpr double kDirectSoftness = 1e-4;
+constexpr double kDirectSoftness = 1e-7;
 // The second lets a point bring directions of friction of its own.
 constexpr int kSolverMode = SOLVER_USE_WARMSTARTING | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 // rad/s: what turns more slowly has no direction.

@@ -7,7 +7,8 @@
 namespace genphys::bullet_backend {
 namespace {
 
-constexpr int kSweepsMax = 300;
+constexpr int kSweepsPerRound = 20;
+constexpr int kRoundsMax = 30;
 // m/s or rad/s: sweeps end once nothing changes by more.
 constexpr double kSettled = 1e-13;
 
@@ -55,23 +56,54 @@ Eigen::VectorXd DirectSolve::Wanted(const std::vector<size_t>& of) const {
   return wanted;
 }
 
-void DirectSolve::Sweep(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
-                        const std::vector<size_t>& bounded, Eigen::VectorXd& impulses) const {
-  // Impulses of the rows that bound others, by row.
+std::pair<double, double> DirectSolve::BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
+                                                const Eigen::VectorXd& impulses) const {
+  const double scale = row.bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(row.bounded_by)]]);
+  return {scale * row.constraint->m_lowerLimit, scale * row.constraint->m_upperLimit};
+}
+
+void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
+                               const std::vector<size_t>& bounded, Eigen::VectorXd& impulses) const {
+  // Places of the rows that bound others, by row.
   std::vector<Eigen::Index> place(rows_.size());
   for (size_t i = 0; i < bounded.size(); ++i) place[bounded[i]] = static_cast<Eigen::Index>(i);
-  for (int sweep = 0; sweep < kSweepsMax; ++sweep) {
+  const auto bounds_of = [&](Eigen::Index i) {
+    return BoundsOf(rows_[bounded[static_cast<size_t>(i)]], place, impulses);
+  };
+  const auto sweep = [&] {
     double largest = 0;
     for (Eigen::Index i = 0; i < impulses.size(); ++i) {
-      const Row& row = rows_[bounded[static_cast<size_t>(i)]];
-      const double scale = row.bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(row.bounded_by)]]);
+      const auto [lower, upper] = bounds_of(i);
       const double lacking = wanted[i] - matrix.col(i).dot(impulses);
-      const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), scale * row.constraint->m_lowerLimit,
-                                        scale * row.constraint->m_upperLimit);
+      const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), lower, upper);
       largest = std::max(largest, std::abs(impulse - impulses[i]) * matrix(i, i));
       impulses[i] = impulse;
     }
-    if (largest <= kSettled) return;
+    return largest;
+  };
+  for (int round = 0; round < kRoundsMax; ++round) {
+    for (int i = 0; i < kSweepsPerRound; ++i) {
+      if (sweep() <= kSettled) return;
+    }
+    std::vector<Eigen::Index> inside;
+    for (Eigen::Index i = 0; i < impulses.size(); ++i) {
+      const auto [lower, upper] = bounds_of(i);
+      if (impulses[i] > lower && impulses[i] < upper) inside.push_back(i);
+    }
+    if (inside.empty()) continue;
+    const Eigen::VectorXd lacking = wanted - matrix * impulses;
+    const Eigen::MatrixXd among = matrix(inside, inside);
+    const Eigen::VectorXd change = among.ldlt().solve(lacking(inside).eval());
+    if (!change.allFinite()) return;
+    // As far as the first of them comes to its bound.
+    double part = 1;
+    for (size_t i = 0; i < inside.size(); ++i) {
+      const auto [lower, upper] = bounds_of(inside[i]);
+      const double by = change[static_cast<Eigen::Index>(i)];
+      const double room = by > 0 ? upper - impulses[inside[i]] : lower - impulses[inside[i]];
+      if (by != 0 && room / by < part) part = room / by;
+    }
+    impulses(inside) += part * change;
   }
 }
 
@@ -106,8 +138,8 @@ bool DirectSolve::Run() {
   }
   Eigen::VectorXd impulses(bounded.size());
   for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = rows_[bounded[i]].constraint->m_appliedImpulse;
-  Sweep(Matrix(bounded, bounded) - coupling.transpose() * answer, Wanted(bounded) - coupling.transpose() * alone,
-        bounded, impulses);
+  SolveBounded(Matrix(bounded, bounded) - coupling.transpose() * answer, Wanted(bounded) - coupling.transpose() * alone,
+               bounded, impulses);
   const Eigen::VectorXd answered = alone - answer * impulses;
   if (!answered.allFinite() || !impulses.allFinite()) return false;
   Apply(free, answered);

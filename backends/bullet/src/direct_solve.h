@@ -3,13 +3,15 @@
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 namespace genphys::bullet_backend {
 
 /// Rows of Bullet's sequential solver, solved all at once: those without bounds by elimination, and what they leave of
-/// the others by sweeps until nothing changes. Bullet's own direct solvers share a flag between all threads, so that a
-/// world could end the solve of another.
+/// the others by sweeps that find out which are at their bounds, in turns with the elimination of those which are not
+/// (Silcowitz, Niebe, Erleben: Projected Gauss-Seidel subspace minimization method, 2010). Bullet's own direct solvers
+/// share a flag between all threads, so that a world could end the solve of another.
 class DirectSolve {
  public:
   static constexpr int kFree = -1;
@@ -39,8 +41,11 @@ class DirectSolve {
   static double Dot(const Part& x, const Part& y);
   Eigen::MatrixXd Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const;
   Eigen::VectorXd Wanted(const std::vector<size_t>& of) const;
-  void Sweep(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted, const std::vector<size_t>& bounded,
-             Eigen::VectorXd& impulses) const;
+  void SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted, const std::vector<size_t>& bounded,
+                    Eigen::VectorXd& impulses) const;
+  // What the row may have, where those that bound others have `impulses`.
+  std::pair<double, double> BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
+                                     const Eigen::VectorXd& impulses) const;
   void Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses);
 
   btAlignedObjectArray<btSolverBody>& bodies_;

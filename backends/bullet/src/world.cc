@@ -11,6 +11,9 @@ namespace {
 
 // An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
 constexpr size_t kAutomaticRowsMax = 160;
+// Where all islands shall be solved all at once, those that would take too long for it are not.
+constexpr size_t kDirectContactsMax = 100;
+constexpr size_t kDirectRowsMax = 300;
 
 // Turn by a constant angular velocity, exact however fast: Bullet's own stops at an eighth of a circle.
 Quaternion TurnBy(const Vector3& turn) {
@@ -140,8 +143,11 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
 }
 
 bool World::IsDirect(const Islands::Island& island) const {
-  if (settings_.solver == Solver::kIterative || island.joint_rows == 0) return false;
-  return 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax;
+  if (settings_.solver == Solver::kIterative) return false;
+  if (settings_.solver == Solver::kDirect) {
+    return island.contacts <= kDirectContactsMax && island.joint_rows <= kDirectRowsMax;
+  }
+  return island.joint_rows > 0 && 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax;
 }
 
 void World::SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
