@@ -36,7 +36,9 @@ std::string_view NameOf(Feature feature) {
                                                                                              "joint_wheel",
                                                                                              "joint_six_dof",
                                                                                              "joint_distance",
-                                                                                             "joint_gear"};
+                                                                                             "joint_gear",
+                                                                                             "locked_axes",
+                                                                                             "surface_velocity"};
   return kNames[static_cast<size_t>(feature)];
 }
 

@@ -218,56 +218,6 @@ Status CommandValidator::operator()(const ApplyForceColumns& command) {
   return CheckColumn(command.torques, "torques");
 }
 
-Status CommandValidator::CheckField(const ForceField& field) const {
-  GENPHYS_RETURN_IF_ERROR(CheckForceField(field));
-  for (size_t i = 0; i < field.entities.size(); ++i) {
-    GENPHYS_RETURN_IF_ERROR(CheckDynamic(field.entities[i], Cat("entity_ids[", i, "]")));
-  }
-  const auto* spring = std::get_if<SpringField>(&field.kind);
-  if (spring == nullptr) return absl::OkStatus();
-  const Result<const EntityDesc*> a = Find(spring->a, "spring.entity_a");
-  if (!a.ok()) return a.status();
-  const bool a_moves = CheckDynamic(spring->a, "").ok();
-  if (!spring->b.is_null()) {
-    const Result<const EntityDesc*> b = Find(spring->b, "spring.entity_b");
-    if (!b.ok()) return b.status();
-    if (spring->a == spring->b) {
-      return Refuse(Reason::kInvalidValue, "spring.entity_b", "a spring holds two different entities");
-    }
-    if (CheckDynamic(spring->b, "").ok()) return absl::OkStatus();
-  }
-  return a_moves ? absl::OkStatus()
-                 : Refuse(Reason::kInvalidValue, "spring.entity_a", "a spring needs an entity that it can move");
-}
-
-Status CommandValidator::CheckFieldId(ForceFieldId id, std::string_view field) const {
-  if (id == 0) return Refuse(Reason::kMissingField, field, Cat(field, " is not set"));
-  const bool exists =
-      (world_.scene().force_fields.contains(id) || created_fields_.contains(id)) && !deleted_fields_.contains(id);
-  if (exists) return absl::OkStatus();
-  return Refuse(Reason::kEntityNotFound, field, Cat("there is no force field ", id));
-}
-
-Status CommandValidator::operator()(const CreateForceField& command) {
-  if (world_.scene().force_fields.size() + created_fields_.size() >= Limits::kForceFieldsMax) {
-    return Refuse(Reason::kLimitExceeded, "field", Cat("a world holds ", Limits::kForceFieldsMax, " force fields"));
-  }
-  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckField(command.field), "field"));
-  created_fields_.insert(world_.layer_state().next_force_field + created_fields_.size());
-  return absl::OkStatus();
-}
-
-Status CommandValidator::operator()(const UpdateForceField& command) {
-  GENPHYS_RETURN_IF_ERROR(CheckFieldId(command.id, "field.id"));
-  return WithFieldPrefix(CheckField(command.field), "field");
-}
-
-Status CommandValidator::operator()(const DeleteForceField& command) {
-  GENPHYS_RETURN_IF_ERROR(CheckFieldId(command.id, "field_id"));
-  deleted_fields_.insert(command.id);
-  return absl::OkStatus();
-}
-
 EntityDesc Merged(const EntityDesc& current, const UpdateEntity& update) {
   EntityDesc merged = current;
   const EntityFields& fields = update.fields;

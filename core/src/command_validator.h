@@ -68,6 +68,7 @@ class CommandValidator {
   Status CheckFeature(const JointKind& kind) const;
   Status CheckMotor(JointId id, double velocity, const double* position) const;
   Status CheckField(const ForceField& field) const;
+  Status CheckSpring(const SpringField& spring, const CreateForceField* creation) const;
   Status CheckFieldId(ForceFieldId id, std::string_view field) const;
 
   const World& world_;

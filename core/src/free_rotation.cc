@@ -39,6 +39,12 @@ Vector3 Logarithm(const Quaternion& turn, const Vector3& expected) {
 
 }  // namespace
 
+Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time) {
+  const double angle = spin.norm() * time;
+  if (angle == 0) return orientation;
+  return (Quaternion(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
+}
+
 Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor) {
   const Matrix3 rotation = orientation.toRotationMatrix();
   return rotation * tensor * rotation.transpose();

@@ -5,12 +5,6 @@
 namespace genphys {
 namespace {
 
-Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time) {
-  const double angle = spin.norm() * time;
-  if (angle == 0) return orientation;
-  return (Quaternion(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
-}
-
 // Where a free body turns in `time`, which may be negative: with the opposite momentum it goes back the way it came.
 Quaternion TurnedFreely(const Quaternion& orientation, const Vector3& momentum, const MassProperties& mass,
                         double time) {

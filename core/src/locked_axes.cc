@@ -22,12 +22,6 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after) {
   return sign * scale * turn.vec();
 }
 
-Quaternion Turned(const Quaternion& orientation, const Vector3& turn) {
-  const double angle = turn.norm();
-  if (angle == 0) return orientation;
-  return (Quaternion(Eigen::AngleAxisd(angle, turn / angle)) * orientation).normalized();
-}
-
 void Drop(const std::array<bool, 3>& locked, Vector3& v) {
   for (int i = 0; i < 3; ++i) {
     if (locked[static_cast<size_t>(i)]) v[i] = 0;
@@ -82,8 +76,8 @@ void LockedBodies::Begin(std::span<const EntityRow> rows) {
   DropVelocities();
 }
 
-void LockedBodies::Write(const ContactBuffer& contacts, std::vector<JointRow>& joint_rows) {
-  if (rows_.empty()) return;
+std::vector<JointRow>& LockedBodies::Write(const ContactBuffer& contacts, std::vector<JointRow>& joint_rows) {
+  if (rows_.empty()) return joint_rows;
   const auto note = [&](EntityRow row) {
     const auto found = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (found != rows_.end() && *found == row) held_[static_cast<size_t>(found - rows_.begin())].may_be_pushed = true;
@@ -100,6 +94,7 @@ void LockedBodies::Write(const ContactBuffer& contacts, std::vector<JointRow>& j
   for (size_t i = 0; i < rows_.size(); ++i) {
     if (held_[i].may_be_pushed) AddRows(rows_[i], held_[i], joint_rows);
   }
+  return joint_rows;
 }
 
 void LockedBodies::AddRows(EntityRow row, const Held& held, std::vector<JointRow>& joint_rows) const {
@@ -136,7 +131,7 @@ std::span<const EntityRow> LockedBodies::Finish() {
     if (Any(locked.angular)) {
       Vector3 turn = TurnBetween(held.orientation, pose.orientation);
       Drop(locked.angular, turn);
-      pose.orientation = Turned(held.orientation, turn);
+      pose.orientation = Turned(held.orientation, turn, 1);
     }
     pose.position = center - pose.orientation * mass(row).center_of_mass;
     state_.set_pose(row, pose);

@@ -29,8 +29,9 @@ class LockedBodies {
   /// Takes those of the dynamic `rows` that have locked axes, where they are before a solve, and lets no velocity lie
   /// along these.
   void Begin(std::span<const EntityRow> rows);
-  /// Appends the rows that hold those of them which a contact or one of `joint_rows` may push.
-  void Write(const ContactBuffer& contacts, std::vector<JointRow>& joint_rows);
+  /// Appends to `joint_rows`, which it returns, the rows that hold those which a contact or one of `joint_rows` may
+  /// push.
+  std::vector<JointRow>& Write(const ContactBuffer& contacts, std::vector<JointRow>& joint_rows);
   /// Brings back what moved along locked axes since Begin(). Returns whose poses it changed.
   std::span<const EntityRow> Finish();
   /// Lets no velocity lie along locked axes.

@@ -197,9 +197,15 @@ Status CheckFeatures(const EntityDesc& desc, const Capabilities& capabilities) {
   if (desc.rigid_body->error_correction.any() && !capabilities.Has(Feature::kErrorCorrection)) {
     return UnsupportedFeature(Feature::kErrorCorrection, capabilities.engine(), "rigid_body.error_correction");
   }
+  if (desc.rigid_body->locked_axes.any() && !capabilities.Has(Feature::kLockedAxes)) {
+    return UnsupportedFeature(Feature::kLockedAxes, capabilities.engine(), "rigid_body.locked_axes");
+  }
   for (size_t i = 0; i < desc.rigid_body->geometries.size(); ++i) {
     const Geometry& geometry = desc.rigid_body->geometries[i];
     const std::string path = Cat("rigid_body.geometries[", i, "].");
+    if (!geometry.surface_velocity.isZero(0) && !capabilities.Has(Feature::kSurfaceVelocity)) {
+      return UnsupportedFeature(Feature::kSurfaceVelocity, capabilities.engine(), Cat(path, "surface_velocity"));
+    }
     if (const Feature shape = FeatureOf(geometry.shape); !capabilities.Has(shape)) {
       return UnsupportedFeature(shape, capabilities.engine(), Cat(path, "shape"));
     }

@@ -29,6 +29,17 @@ void DropForcesOn(EntityId id, LayerState& layer) {
   std::erase_if(layer.forces, [&](const PendingForce& force) { return force.id == id; });
 }
 
+// Whom a field names by itself.
+EntityPair PairOf(const ForceField& field) {
+  const auto* spring = std::get_if<SpringField>(&field.kind);
+  return spring != nullptr ? EntityPair{spring->a, spring->b} : EntityPair{};
+}
+
+template <typename Kind>
+EventKind Told(ForceFieldId id, const ForceField& field) {
+  return Kind{id, PairOf(field), std::make_shared<const ForceField>(field)};
+}
+
 bool IsDynamic(const EntityDesc& desc) {
   return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
 }
@@ -57,8 +68,10 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
         resolve(joint.entity_a);
         resolve(joint.entity_b);
         created[i] = Join(std::move(joint));
+      } else if (const CreateForceField* create = std::get_if<CreateForceField>(&commands[i])) {
+        created[i] = CreateField(*create, created);
       } else {
-        created[i] = ApplyOne(commands[i]);
+        ApplyOne(commands[i]);
       }
       RecordWoken();
     }
@@ -68,7 +81,7 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   return created;
 }
 
-EntityId World::ApplyOne(const Command& command) {
+void World::ApplyOne(const Command& command) {
   if (const auto* remove = std::get_if<DeleteEntity>(&command)) {
     Delete(remove->id);
   } else if (const auto* force = std::get_if<ApplyForce>(&command)) {
@@ -82,7 +95,7 @@ EntityId World::ApplyOne(const Command& command) {
   } else if (const auto* rejoin = std::get_if<UpdateJoint>(&command)) {
     Rejoin(*rejoin);
   } else if (const auto* unjoin = std::get_if<DeleteJoint>(&command)) {
-    Unjoin(unjoin->id);
+    UnjoinAndTell(unjoin->id);
   } else if (const auto* motors = std::get_if<SetMotorColumns>(&command)) {
     Drive(*motors);
   } else if (const auto* gravity = std::get_if<SetGravity>(&command)) {
@@ -102,18 +115,31 @@ EntityId World::ApplyOne(const Command& command) {
                       .force = columns->forces[i],
                       .torque = columns->torques.empty() ? Vector3(Vector3::Zero()) : columns->torques[i]});
     }
-  } else if (const auto* create = std::get_if<CreateForceField>(&command)) {
-    const ForceFieldId id = layer_.next_force_field++;
-    SetField(id, create->field);
-    return EntityId::FromPacked(id);
   } else if (const auto* update = std::get_if<UpdateForceField>(&command)) {
     SetField(update->id, update->field);
+    if (scene_.world.recorded_events.changes) {
+      Record(Told<ForceFieldUpdated>(update->id, scene_.force_fields[update->id]));
+    }
   } else if (const auto* end = std::get_if<DeleteForceField>(&command)) {
+    const EntityPair pair = PairOf(scene_.force_fields[end->id]);
     scene_.force_fields.erase(end->id);
     RestartAll();
     WakeAll();
+    if (scene_.world.recorded_events.changes) Record(ForceFieldDeleted{end->id, pair});
   }
-  return EntityId();
+}
+
+EntityId World::CreateField(const CreateForceField& command, std::span<const CreatedId> created) {
+  const ForceFieldId id = layer_.next_force_field++;
+  ForceField field = command.field;
+  for (const uint32_t place : command.created_by_commands) field.entities.push_back(created[place]);
+  if (auto* spring = std::get_if<SpringField>(&field.kind)) {
+    if (command.spring_a_created_by_command) spring->a = created[*command.spring_a_created_by_command];
+    if (command.spring_b_created_by_command) spring->b = created[*command.spring_b_created_by_command];
+  }
+  SetField(id, std::move(field));
+  if (scene_.world.recorded_events.changes) Record(Told<ForceFieldCreated>(id, scene_.force_fields[id]));
+  return EntityId::FromPacked(id);
 }
 
 void World::SetField(ForceFieldId id, ForceField field) {
@@ -143,8 +169,12 @@ void World::RemoveFieldsOf(EntityId id) {
     ForceField& field = entry->second;
     const auto* spring = std::get_if<SpringField>(&field.kind);
     // With the last of those that a field acted on gone it must not act on all.
-    const bool has_lost_all = std::erase(field.entities, id) > 0 && field.entities.empty();
-    const bool is_over = spring != nullptr ? spring->a == id || spring->b == id : has_lost_all;
+    const bool has_lost = std::erase(field.entities, id) > 0;
+    const bool is_over = spring != nullptr ? spring->a == id || spring->b == id : has_lost && field.entities.empty();
+    if (scene_.world.recorded_events.changes && (is_over || has_lost)) {
+      Record(is_over ? EventKind(ForceFieldDeleted{entry->first, PairOf(field)})
+                     : Told<ForceFieldUpdated>(entry->first, field));
+    }
     entry = is_over ? scene_.force_fields.erase(entry) : std::next(entry);
   }
 }

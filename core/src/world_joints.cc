@@ -8,6 +8,12 @@
 #include "joints/check_joint.h"
 
 namespace genphys {
+namespace {
+
+EntityPair PairOf(const JointDesc& joint) { return {joint.entity_a.id, joint.entity_b.id}; }
+
+}  // namespace
+
 Status World::CheckId(JointId id, std::string_view field) const {
   if (id.is_null()) return Refuse(Reason::kMissingField, field, Cat(field, " is not set"));
   const uint32_t slot = id.index();
@@ -63,6 +69,9 @@ JointId World::Join(JointDesc joint) {
   if (!desc.collide_connected) SetTouchable(desc, false);
   RestartJoined(desc);
   WakeJoined(desc);
+  if (scene_.world.recorded_events.changes) {
+    Record(JointCreated{id, PairOf(desc), std::make_shared<const JointDesc>(desc)});
+  }
   return id;
 }
 
@@ -79,6 +88,9 @@ void World::Rejoin(const UpdateJoint& command) {
   desc = std::move(joint);
   PlaceFrames(desc);
   WakeJoined(desc);
+  if (scene_.world.recorded_events.changes) {
+    Record(JointUpdated{id, PairOf(desc), std::make_shared<const JointDesc>(desc), fields});
+  }
 }
 
 void World::Unjoin(JointId id) {
@@ -92,9 +104,15 @@ void World::Unjoin(JointId id) {
   --joint_count_;
 }
 
+void World::UnjoinAndTell(JointId id) {
+  const EntityPair pair = PairOf(scene_.joints[id.index()]->desc);
+  Unjoin(id);
+  if (scene_.world.recorded_events.changes) Record(JointDeleted{id, pair});
+}
+
 void World::UnjoinAllOf(EntityId id) {
   for (const std::optional<SceneJoint>& joint : scene_.joints) {
-    if (joint && (joint->desc.entity_a.id == id || joint->desc.entity_b.id == id)) Unjoin(JointId(joint->id));
+    if (joint && (joint->desc.entity_a.id == id || joint->desc.entity_b.id == id)) UnjoinAndTell(JointId(joint->id));
   }
 }
 
@@ -139,7 +157,7 @@ void World::RestartJoined(const JointDesc& joint) {
 JointBroke World::Break(JointId id) {
   const SceneJoint& joint = *scene_.joints[id.index()];
   const JointState& state = layer_.joints[id.index()];
-  const JointBroke event{id, {joint.desc.entity_a.id, joint.desc.entity_b.id}, state.force.norm(), state.torque.norm()};
+  const JointBroke event{id, PairOf(joint.desc), state.force.norm(), state.torque.norm()};
   Unjoin(id);
   return event;
 }

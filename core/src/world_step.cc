@@ -12,17 +12,6 @@
 #include "validate.h"
 
 namespace genphys {
-namespace {
-
-// Exact turn by a constant angular velocity.
-Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double h) {
-  const double angle = spin.norm() * h;
-  if (angle == 0) return orientation;
-  return (Quaternion(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
-}
-
-}  // namespace
-
 Status World::Step(std::optional<double> step_size) {
   if (faulted_) return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read and reset");
   const double size = step_size.value_or(scene_.world.stepper.step_size);
@@ -219,9 +208,7 @@ void StepRun::Substep(double h) {
   PrepareContacts(h);
   for (uint32_t row = 0; row < state_.rows(); ++row) starts_[row] = state_.pose(EntityRow{row});
   Mark("kick");
-  std::vector<JointRow>& held = joints_.Write(h);
-  locked_.Write(world_.contacts_, held);
-  world_.engine_->Solve(h, rows_, state_, world_.contacts_, held);
+  world_.engine_->Solve(h, rows_, state_, world_.contacts_, locked_.Write(world_.contacts_, joints_.Write(h)));
   Mark("solve");
   joints_.Take(h);
   ShareImpulses(h);

@@ -6,7 +6,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Belts);
+GENPHYS_ENGINE_TESTS(Belts, Claim::kSurfaceVelocity);
 
 constexpr double kGravity = 9.81, kStep = 1.0 / 60, kSpeed = 2, kFriction = 0.5;
 // A step that uses its velocity at the end for all of it is ahead by v h / 2, and by as much again in the step in which

@@ -57,6 +57,21 @@ std::map<Feature, Use> Uses() {
   }
   uses[Feature::kDynamicTriangleMesh] = [](World& w) { return TryShape(w, BoxMesh({1, 1, 1}), MotionType::kDynamic); };
   uses[Feature::kDynamicHeightfield] = [](World& w) { return TryShape(w, Ground(2, 1), MotionType::kDynamic); };
+  uses[Feature::kErrorCorrection] = [](World& world) {
+    EntityDesc ball = Ball({0, 0, 5});
+    ball.rigid_body->error_correction.slop = 0.01;
+    return Try(world, CreateEntity{ball});
+  };
+  uses[Feature::kLockedAxes] = [](World& world) {
+    EntityDesc ball = Ball({0, 0, 5});
+    ball.rigid_body->locked_axes.linear[2] = true;
+    return Try(world, CreateEntity{ball});
+  };
+  uses[Feature::kSurfaceVelocity] = [](World& world) {
+    EntityDesc ball = Ball({0, 0, 5});
+    ball.rigid_body->geometries[0].surface_velocity = {1, 0, 0};
+    return Try(world, CreateEntity{ball});
+  };
   for (const JointKind& kind : {JointKind{BallJoint{}}, JointKind{HingeJoint{}}, JointKind{SliderJoint{}},
                                 JointKind{UniversalJoint{}}, JointKind{FixedJoint{}}, JointKind{WheelJoint{}},
                                 JointKind{SixDofJoint{}}, JointKind{DistanceJoint{}}, JointKind{GearJoint{}}}) {
@@ -114,13 +129,16 @@ TEST(CapabilitiesOfTheServer, AreWhatTheModelPromisesOnBothEngines) {
   for (const std::string engine : {"ode", "bullet"}) {
     const Backend* backend = Engines().Find(engine);
     ASSERT_NE(backend, nullptr);
-    for (const Feature feature :
-         {Feature::kShapeSphere,       Feature::kShapeBox,         Feature::kShapeCapsule,    Feature::kShapeCylinder,
-          Feature::kShapeCone,         Feature::kShapeEllipsoid,   Feature::kShapePlane,      Feature::kShapeConvexHull,
-          Feature::kShapeTriangleMesh, Feature::kShapeHeightfield, Feature::kContacts,        Feature::kSensors,
-          Feature::kRayCasts,          Feature::kShapeQueries,     Feature::kSolverIterative, Feature::kJointBall,
-          Feature::kJointHinge,        Feature::kJointSlider,      Feature::kJointUniversal,  Feature::kJointFixed,
-          Feature::kJointWheel,        Feature::kJointSixDof,      Feature::kJointDistance,   Feature::kJointGear}) {
+    for (const Feature feature : {Feature::kShapeSphere,      Feature::kShapeBox,        Feature::kShapeCapsule,
+                                  Feature::kShapeCylinder,    Feature::kShapeCone,       Feature::kShapeEllipsoid,
+                                  Feature::kShapePlane,       Feature::kShapeConvexHull, Feature::kShapeTriangleMesh,
+                                  Feature::kShapeHeightfield, Feature::kContacts,        Feature::kSensors,
+                                  Feature::kRayCasts,         Feature::kShapeQueries,    Feature::kSolverIterative,
+                                  Feature::kJointBall,        Feature::kJointHinge,      Feature::kJointSlider,
+                                  Feature::kJointUniversal,   Feature::kJointFixed,      Feature::kJointWheel,
+                                  Feature::kJointSixDof,      Feature::kJointDistance,   Feature::kJointGear,
+                                  Feature::kErrorCorrection,  Feature::kSolverDirect,    Feature::kLockedAxes,
+                                  Feature::kSurfaceVelocity}) {
       EXPECT_TRUE(backend->capabilities().Has(feature)) << engine << " lacks " << NameOf(feature);
     }
   }

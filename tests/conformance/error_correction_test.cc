@@ -7,7 +7,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Corrections);
+GENPHYS_ENGINE_TESTS(Corrections, Claim::kErrorCorrection);
 
 constexpr double kGravity = 9.81, kRadius = 0.5;
 

@@ -7,7 +7,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Locks);
+GENPHYS_ENGINE_TESTS(Locks, Claim::kLockedAxes);
 
 constexpr double kGravity = 9.81;
 // Orientations are normalised once a substep: rounding only.

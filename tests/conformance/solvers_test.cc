@@ -6,7 +6,7 @@
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(Solvers);
+GENPHYS_ENGINE_TESTS(Solvers, Claim::kSolverDirect);
 
 constexpr double kGravity = 9.81;
 

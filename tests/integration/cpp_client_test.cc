@@ -198,6 +198,49 @@ TEST_P(CppClient, MovesToNoEngineAndBack) {
   EXPECT_EQ(world_.Info()->world.engine, GetParam());
 }
 
+TEST_P(CppClient, ReadsWhatJointsDoAsColumnsOfAFrame) {
+  const EntityId ball = *world_.Add(Sphere{.radius = 0.1}, {.position = {0, 0, 5}, .mass = 1});
+  const EntityId other = *world_.Add(Sphere{.radius = 0.1}, {.position = {3, 0, 5}, .mass = 2});
+  const JointId turning =
+      *world_.Join({.entity_b = {ball, {}}, .kind = HingeJoint{.axis = {.motor = Motor{.target_velocity = 3}}}});
+  const JointId fixed = *world_.Join({.entity_b = {other, {}}, .kind = FixedJoint{}});
+
+  const Result<StepResult> result = world_.Step(240, {.frame = FrameOptions{.joints = true}});
+
+  ASSERT_TRUE(result.ok()) << result.status();
+  const Frame& frame = result->frame;
+  ASSERT_EQ(frame.joint_ids().size(), 2u);
+  // What joints hold is solved all at once.
+  constexpr double kDirect = 1e-4;
+  EXPECT_NEAR(frame.joint_rates()(5, *frame.joint_column(turning)), 3, 3 * kDirect);
+  EXPECT_NEAR(frame.joint_positions()(5, *frame.joint_column(turning)), 3, 3 * kDirect);
+  EXPECT_NEAR(frame.joint_forces()(2, *frame.joint_column(fixed)), 2 * kGravity, 2 * kGravity * kDirect);
+  EXPECT_FALSE(frame.joint_column(JointId(9, 9)).has_value());
+  EXPECT_TRUE(world_.Step(1)->frame.joint_ids().empty()) << "nobody asked";
+}
+
+TEST_P(CppClient, ChangesEntitiesAndForceFields) {
+  const EntityId ball = *world_.Add(Sphere{}, {.position = {0, 0, 5}, .mass = 1});
+  const Result<ForceFieldId> field = world_.AddField({.kind = DragField{.linear = 1}, .entities = {ball}});
+  ASSERT_TRUE(field.ok()) << field.status();
+  ASSERT_TRUE(world_.UpdateField(*field, {.kind = DragField{.linear = 2}}).ok());
+  const Result<std::vector<ForceFieldInfo>> fields = world_.ListForceFields();
+  ASSERT_TRUE(fields.ok()) << fields.status();
+  ASSERT_EQ(fields->size(), 1u);
+  EXPECT_EQ(fields->front().id, *field);
+  EXPECT_EQ(std::get<DragField>(fields->front().field.kind).linear, 2);
+  EXPECT_TRUE(fields->front().field.entities.empty());
+
+  const EntityDesc still = Body(Sphere{}, {.motion_type = MotionType::kStatic});
+  EntityFields part;
+  part.Add(EntityField::kMotionType);
+  ASSERT_TRUE(world_.Update(ball, still, part).ok());
+  EXPECT_EQ(world_.Describe(ball)->rigid_body->motion_type, MotionType::kStatic);
+  const Result<StepResult> result = world_.Step(0, {.commands = {DeleteForceField{*field}}});
+  ASSERT_EQ(result->events.size(), 1u);
+  EXPECT_EQ(std::get<ForceFieldDeleted>(result->events[0].kind).field, *field);
+}
+
 TEST_P(CppClient, LearnsWhyACommandWasRefused) {
   const Result<EntityId> refused = world_.Add(Sphere{.radius = -1}, {.position = {0, 0, 5}, .mass = 1});
   ASSERT_TRUE(RefusalOf(refused.status()).has_value()) << refused.status();

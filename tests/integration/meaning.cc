@@ -43,6 +43,10 @@ const std::vector<Known> kNames{
     // The command before this one is none that creates an entity.
     {R"(StepRequest\.(commands\[0\]\.create_joint\.joint\.entity_[ab]\.created_by_command))", kAny,
      Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.create_force_field\.created_by_commands)(?:\[0\])?)", kAny, Reason::kInvalidValue,
+     "$1[0]"},
+    {R"(StepRequest\.(commands\[0\]\.create_force_field\.spring_[ab]_created_by_command))", kAny, Reason::kInvalidValue,
+     "$1"},
     {R"(StepRequest\.(commands\[0\]\.update_joint\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
     {R"(StepRequest\.(commands\[0\]\.set_motors)\..*)", "at max rows", Reason::kMissingField, "$1.joint_ids[0]"},
     // What a column is lengthened by is zeros.

@@ -22,10 +22,11 @@ std::vector<ClaimRow> MakeRows() {
   group = "Motion";
   add("static, kinematic, dynamic, none"), add("kinematic bodies push"), add("free rotation keeps its momentum");
   add("scale of gravity"), add("linear and angular damping"), add("largest speeds");
-  add("bodies, pictures, geometries and motion changed live"), add("bounds of the world");
+  add("locked axes", Feature::kLockedAxes), add("bodies, pictures, geometries and motion changed live"),
+      add("bounds of the world");
   group = "Surfaces";
   add("static friction"), add("kinetic friction"), add("rolling and spinning friction"), add("restitution");
-  add("rules of mixing");
+  add("rules of mixing"), add("surfaces that run", Feature::kSurfaceVelocity);
   group = "Forces";
   add("force at a point, for steps, added or replaced"), add("world and entity coordinates"), add("in columns");
   add("impulse"), add("net force told"), add("field: uniform"), add("field: drag and wind"), add("field: spring");
@@ -48,7 +49,8 @@ std::vector<ClaimRow> MakeRows() {
   group = "Events";
   add("contact began, persisted, ended"), add("impulses that carry the weight");
   add("sensor entered, left", Feature::kSensors), add("slept, woke"), add("started, stopped moving and turning");
-  add("joint broke", Feature::kJointFixed), add("entity faulted"), add("canonical order, the same bytes again");
+  add("joint broke", Feature::kJointFixed), add("entity faulted");
+  add("joint and force field created, updated, deleted"), add("canonical order, the same bytes again");
   group = "Queries";
   add("closest hit of a ray", Feature::kRayCasts), add("all hits of a ray", Feature::kShapeQueries);
   add("shape cast", Feature::kShapeQueries), add("overlap", Feature::kShapeQueries);

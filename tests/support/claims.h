@@ -32,6 +32,7 @@ enum class Claim {
   kGravityScale,
   kDamping,
   kSpeedMax,
+  kLockedAxes,
   kLiveChange,
   kBounds,
   // Surfaces.
@@ -40,6 +41,7 @@ enum class Claim {
   kRollingFriction,
   kRestitution,
   kMixingRules,
+  kSurfaceVelocity,
   // Forces.
   kForce,
   kForceCoordinates,
@@ -87,6 +89,7 @@ enum class Claim {
   kMotionEvents,
   kJointBrokeEvents,
   kFaultEvents,
+  kChangeEvents,
   kEventOrder,
   // What is answered.
   kRayCasts,

@@ -26,6 +26,11 @@ v1::Event Filled(const std::string& kind) {
     event.mutable_entity_updated()->mutable_changed()->add_paths("pose");
     event.mutable_entity_updated()->mutable_changed()->add_paths("rigid_body.inertia");
   }
+  if (event.has_joint_updated()) {
+    event.mutable_joint_updated()->mutable_changed()->Clear();
+    event.mutable_joint_updated()->mutable_changed()->add_paths("break_force");
+    event.mutable_joint_updated()->mutable_changed()->add_paths("ball");
+  }
   return event;
 }
 
@@ -76,7 +81,13 @@ const std::vector<EventKind> kOneOfEach{EntityCreated{kBall, std::make_shared<co
                                         EntityStartedMoving{kBall, false},
                                         EntityStoppedMoving{kBall, true},
                                         EntityFaulted{kBall},
-                                        JointBroke{JointId(4, 1), {EntityId(), kBall}, 5, 6}};
+                                        JointBroke{JointId(4, 1), {EntityId(), kBall}, 5, 6},
+                                        JointCreated{JointId(4, 1), {kBall, kCrate}, nullptr},
+                                        JointUpdated{JointId(4, 1), {kBall, kCrate}, nullptr, {}},
+                                        JointDeleted{JointId(4, 1), {EntityId(), kBall}},
+                                        ForceFieldCreated{5, {kBall, kCrate}, nullptr},
+                                        ForceFieldUpdated{5, {kBall, kCrate}, nullptr},
+                                        ForceFieldDeleted{5, {kBall, EntityId()}}};
 
 std::vector<size_t> Matching(const EventFilter& filter) {
   std::vector<size_t> matching;
@@ -120,7 +131,8 @@ TEST(WireFilter, LetsThroughTheKindsThatAreNamedAndNoOthers) {
             (IndicesOf<EntityStartedMoving, EntityStoppedMoving>()));
   EXPECT_EQ(only([](v1::EventKinds* k) { k->set_joints(true); }), IndicesOf<JointBroke>());
   EXPECT_EQ(only([](v1::EventKinds* k) { k->set_changes(true); }),
-            (IndicesOf<EntityCreated, EntityUpdated, EntityDeleted, EntityFaulted>()));
+            (IndicesOf<EntityCreated, EntityUpdated, EntityDeleted, EntityFaulted, JointCreated, JointUpdated,
+                       JointDeleted, ForceFieldCreated, ForceFieldUpdated, ForceFieldDeleted>()));
 }
 
 TEST(WireFilter, LetsThroughWhatNamesOneOfTheEntities) {
@@ -129,7 +141,8 @@ TEST(WireFilter, LetsThroughWhatNamesOneOfTheEntities) {
   filter.add_entity_ids(kCrate.packed());
 
   EXPECT_EQ(Matching(EventFilter(filter)),
-            (IndicesOf<ContactBegan, ContactPersisted, ContactEnded, SensorEntered, SensorLeft>()));
+            (IndicesOf<ContactBegan, ContactPersisted, ContactEnded, SensorEntered, SensorLeft, JointCreated,
+                       JointUpdated, ForceFieldCreated, ForceFieldUpdated>()));
 
   filter.add_entity_ids(kBall.packed());
   EXPECT_EQ(Matching(EventFilter(filter)).size(), kOneOfEach.size());

@@ -111,7 +111,15 @@ Result<Command> Decode(const v1::SetMotorColumns& command) {
 Result<Command> Decode(const v1::CreateForceField& command) {
   Result<ForceField> field = DecodeForceField(command.field());
   if (!field.ok()) return WithFieldPrefix(field.status(), "field");
-  return CreateForceField{*std::move(field)};
+  CreateForceField decoded{*std::move(field),
+                           {command.created_by_commands().begin(), command.created_by_commands().end()}};
+  if (command.has_spring_a_created_by_command()) {
+    decoded.spring_a_created_by_command = command.spring_a_created_by_command();
+  }
+  if (command.has_spring_b_created_by_command()) {
+    decoded.spring_b_created_by_command = command.spring_b_created_by_command();
+  }
+  return decoded;
 }
 
 Result<Command> Decode(const v1::UpdateForceField& command) {

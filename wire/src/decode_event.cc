@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "genphys/wire/decode.h"
+#include "joint_mask.h"
 #include "shape_message.h"
 #include "update_mask.h"
 #include "values.h"
@@ -51,6 +52,37 @@ Result<EventKind> Decode(const v1::EntityUpdated& updated) {
                        std::make_shared<const EntityDesc>(*std::move(entity)), *fields};
 }
 
+// Of one that is told of: both sides are named by id, or are the world.
+EntityPair PairOf(const JointDesc& joint) { return {joint.entity_a.id, joint.entity_b.id}; }
+
+EntityPair PairOf(const ForceField& field) {
+  const auto* spring = std::get_if<SpringField>(&field.kind);
+  return spring != nullptr ? EntityPair{spring->a, spring->b} : EntityPair{};
+}
+
+Result<EventKind> Decode(const v1::JointCreated& created) {
+  Result<JointDesc> joint = DecodeJoint(created.joint());
+  if (!joint.ok()) return WithFieldPrefix(joint.status(), "joint_created.joint");
+  return JointCreated{JointId::FromPacked(created.joint().id()), PairOf(*joint),
+                      std::make_shared<const JointDesc>(*joint)};
+}
+
+Result<EventKind> Decode(const v1::JointUpdated& updated) {
+  Result<JointDesc> joint = DecodeJoint(updated.joint());
+  if (!joint.ok()) return WithFieldPrefix(joint.status(), "joint_updated.joint");
+  const Result<JointFields> fields = DecodeJointMask(updated.joint(), updated.changed());
+  if (!fields.ok()) return WithFieldPrefix(fields.status(), "joint_updated");
+  return JointUpdated{JointId::FromPacked(updated.joint().id()), PairOf(*joint),
+                      std::make_shared<const JointDesc>(*joint), *fields};
+}
+
+template <typename Kind>
+Result<EventKind> DecodeField(const v1::ForceField& message) {
+  const Result<ForceField> field = DecodeForceField(message);
+  if (!field.ok()) return WithFieldPrefix(field.status(), "field");
+  return Kind{message.id(), PairOf(*field), std::make_shared<const ForceField>(*field)};
+}
+
 Result<EventKind> DecodeKind(const v1::Event& event) {
   switch (event.kind_case()) {
     case v1::Event::kEntityCreated:
@@ -82,6 +114,18 @@ Result<EventKind> DecodeKind(const v1::Event& event) {
     case v1::Event::kJointBroke:
       return JointBroke{JointId::FromPacked(event.joint_broke().joint_id()), PairOf(event.joint_broke()),
                         event.joint_broke().force(), event.joint_broke().torque()};
+    case v1::Event::kJointCreated:
+      return Decode(event.joint_created());
+    case v1::Event::kJointUpdated:
+      return Decode(event.joint_updated());
+    case v1::Event::kJointDeleted:
+      return JointDeleted{JointId::FromPacked(event.joint_deleted().joint_id()), PairOf(event.joint_deleted())};
+    case v1::Event::kForceFieldCreated:
+      return DecodeField<ForceFieldCreated>(event.force_field_created().field());
+    case v1::Event::kForceFieldUpdated:
+      return DecodeField<ForceFieldUpdated>(event.force_field_updated().field());
+    case v1::Event::kForceFieldDeleted:
+      return ForceFieldDeleted{event.force_field_deleted().field_id(), {}};
     case v1::Event::KIND_NOT_SET:
       break;
   }

@@ -102,7 +102,15 @@ struct CommandEncoder {
   }
 
   void operator()(const CreateForceField& command) const {
-    EncodeForceField(0, command.field, out->mutable_create_force_field()->mutable_field());
+    v1::CreateForceField* create = out->mutable_create_force_field();
+    EncodeForceField(0, command.field, create->mutable_field());
+    for (const uint32_t place : command.created_by_commands) create->add_created_by_commands(place);
+    if (command.spring_a_created_by_command) {
+      create->set_spring_a_created_by_command(*command.spring_a_created_by_command);
+    }
+    if (command.spring_b_created_by_command) {
+      create->set_spring_b_created_by_command(*command.spring_b_created_by_command);
+    }
   }
 
   void operator()(const UpdateForceField& command) const {

@@ -1,4 +1,5 @@
 #include "genphys/wire/encode.h"
+#include "joint_mask.h"
 #include "shape_message.h"
 #include "update_mask.h"
 #include "values.h"
@@ -62,6 +63,24 @@ struct EventEncoder {
     message->set_torque(kind.torque);
     EncodePair(kind.pair, message);
   }
+  void operator()(const JointCreated& kind) const {
+    EncodeJoint(kind.joint, *kind.desc, out->mutable_joint_created()->mutable_joint());
+  }
+  void operator()(const JointUpdated& kind) const {
+    EncodeJoint(kind.joint, *kind.desc, out->mutable_joint_updated()->mutable_joint());
+    EncodeJointMask(kind.desc->kind, kind.fields, out->mutable_joint_updated()->mutable_changed());
+  }
+  void operator()(const JointDeleted& kind) const {
+    out->mutable_joint_deleted()->set_joint_id(kind.joint.packed());
+    EncodePair(kind.pair, out->mutable_joint_deleted());
+  }
+  void operator()(const ForceFieldCreated& kind) const {
+    EncodeForceField(kind.field, *kind.desc, out->mutable_force_field_created()->mutable_field());
+  }
+  void operator()(const ForceFieldUpdated& kind) const {
+    EncodeForceField(kind.field, *kind.desc, out->mutable_force_field_updated()->mutable_field());
+  }
+  void operator()(const ForceFieldDeleted& kind) const { out->mutable_force_field_deleted()->set_field_id(kind.field); }
 };
 
 }  // namespace

@@ -20,6 +20,7 @@ namespace genphys {
 static_assert(static_cast<int>(Feature::kCount) == v1::Feature_ARRAYSIZE, "the wire has the same list of features");
 static_assert(static_cast<int>(Feature::kExactSnapshot) == v1::FEATURE_EXACT_SNAPSHOT, "in the same order");
 static_assert(static_cast<int>(Feature::kJointGear) == v1::FEATURE_JOINT_GEAR, "in the same order");
+static_assert(static_cast<int>(Feature::kSurfaceVelocity) == v1::FEATURE_SURFACE_VELOCITY, "in the same order");
 static_assert(static_cast<int>(Reason::kInvalidValue) + 1 == v1::ErrorReason_ARRAYSIZE, "the wire has every reason");
 
 inline v1::Feature EncodeFeature(Feature feature) { return static_cast<v1::Feature>(feature); }

@@ -25,6 +25,12 @@ struct KindFlag {
   bool operator()(const EntityDeleted&) const { return kinds.changes; }
   bool operator()(const EntityFaulted&) const { return kinds.changes; }
   bool operator()(const JointBroke&) const { return kinds.joints; }
+  bool operator()(const JointCreated&) const { return kinds.changes; }
+  bool operator()(const JointUpdated&) const { return kinds.changes; }
+  bool operator()(const JointDeleted&) const { return kinds.changes; }
+  bool operator()(const ForceFieldCreated&) const { return kinds.changes; }
+  bool operator()(const ForceFieldUpdated&) const { return kinds.changes; }
+  bool operator()(const ForceFieldDeleted&) const { return kinds.changes; }
 };
 
 struct NamedIds {
@@ -37,11 +43,6 @@ struct NamedIds {
   template <typename Single>
   requires requires(const Single& single) { single.id; }
   EntityPair operator()(const Single& single) const { return {single.id, single.id}; }
-  // The world has no id that a filter could name.
-  EntityPair operator()(const JointBroke& broken) const {
-    const auto& [a, b] = broken.pair;
-    return {a.is_null() ? b : a, b.is_null() ? a : b};
-  }
 };
 
 }  // namespace
@@ -55,7 +56,8 @@ EventFilter::EventFilter(const v1::EventFilter& filter) {
 
 bool EventFilter::Wants(const EventKind& kind) const { return std::visit(KindFlag{kinds_}, kind); }
 
-bool EventFilter::Names(EntityId id) const { return std::binary_search(ids_.begin(), ids_.end(), id); }
+// The world has no id that a filter could name.
+bool EventFilter::Names(EntityId id) const { return !id.is_null() && std::binary_search(ids_.begin(), ids_.end(), id); }
 
 bool EventFilter::Matches(const Event& event) const {
   if (!Wants(event.kind)) return false;

@@ -34,8 +34,10 @@ class BallisticBackend final : public Backend {
 
  private:
   // Neither contacts, rays nor sensors. Without planes a world gets no floor that would hold nothing.
-  const Capabilities capabilities_{
-      "ballistic", "1", {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule, Feature::kShapeCylinder}};
+  const Capabilities capabilities_{"ballistic",
+                                   "1",
+                                   {Feature::kShapeSphere, Feature::kShapeBox, Feature::kShapeCapsule,
+                                    Feature::kShapeCylinder, Feature::kLockedAxes}};
 };
 
 }  // namespace

@@ -87,13 +87,13 @@ class OdeBackend final : public Backend {
   const Capabilities capabilities_{
       "ode",
       dODE_VERSION,
-      {Feature::kShapeSphere,   Feature::kShapeBox,        Feature::kShapeCapsule,      Feature::kShapeCylinder,
-       Feature::kShapePlane,    Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield,
-       Feature::kShapeCone,     Feature::kShapeEllipsoid,  Feature::kContacts,          Feature::kRayCasts,
-       Feature::kShapeQueries,  Feature::kSensors,         Feature::kSolverIterative,   Feature::kSolverDirect,
-       Feature::kJointBall,     Feature::kJointHinge,      Feature::kJointSlider,       Feature::kJointUniversal,
-       Feature::kJointFixed,    Feature::kJointWheel,      Feature::kJointSixDof,       Feature::kErrorCorrection,
-       Feature::kJointDistance, Feature::kJointGear}};
+      {Feature::kShapeSphere,  Feature::kShapeBox,        Feature::kShapeCapsule,      Feature::kShapeCylinder,
+       Feature::kShapePlane,   Feature::kShapeConvexHull, Feature::kShapeTriangleMesh, Feature::kShapeHeightfield,
+       Feature::kShapeCone,    Feature::kShapeEllipsoid,  Feature::kContacts,          Feature::kRayCasts,
+       Feature::kShapeQueries, Feature::kSensors,         Feature::kSolverIterative,   Feature::kSolverDirect,
+       Feature::kJointBall,    Feature::kJointHinge,      Feature::kJointSlider,       Feature::kJointUniversal,
+       Feature::kJointFixed,   Feature::kJointWheel,      Feature::kJointSixDof,       Feature::kErrorCorrection,
+       Feature::kLockedAxes,   Feature::kSurfaceVelocity, Feature::kJointDistance,     Feature::kJointGear}};
 };
 
 }  // namespace

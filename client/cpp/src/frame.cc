@@ -34,10 +34,15 @@ Result<Frame> Frame::Make(std::shared_ptr<const v1::Frame> message) {
   const v1::Frame& m = *message;
   const size_t rows = m.entity_ids().size() / sizeof(EntityId);
   constexpr size_t kScalar = sizeof(double);
-  const bool fits = m.scalar() == v1::SCALAR_FLOAT64 && m.entity_ids().size() == rows * sizeof(EntityId) &&
-                    Fits(m.positions(), rows, 3 * kScalar) && Fits(m.orientations(), rows, 4 * kScalar) &&
-                    Fits(m.linear_velocities(), rows, 3 * kScalar) && Fits(m.angular_velocities(), rows, 3 * kScalar) &&
-                    Fits(m.net_forces(), rows, 6 * kScalar) && m.asleep().size() == (rows + 7) / 8;
+  const size_t joints = m.joint_ids().size() / sizeof(JointId);
+  const bool joints_fit = m.joint_ids().size() == joints * sizeof(JointId) &&
+                          Fits(m.joint_positions(), joints, 6 * kScalar) &&
+                          Fits(m.joint_rates(), joints, 6 * kScalar) && Fits(m.joint_forces(), joints, 6 * kScalar);
+  const bool fits = joints_fit && m.scalar() == v1::SCALAR_FLOAT64 &&
+                    m.entity_ids().size() == rows * sizeof(EntityId) && Fits(m.positions(), rows, 3 * kScalar) &&
+                    Fits(m.orientations(), rows, 4 * kScalar) && Fits(m.linear_velocities(), rows, 3 * kScalar) &&
+                    Fits(m.angular_velocities(), rows, 3 * kScalar) && Fits(m.net_forces(), rows, 6 * kScalar) &&
+                    m.asleep().size() == (rows + 7) / 8;
   if (!fits) return absl::InternalError("the server sent a frame whose columns differ in length");
   Frame frame;
   frame.stamp_ = DecodeStamp(m.stamp());
@@ -69,6 +74,27 @@ Frame::Columns3 Frame::linear_velocities() const {
 Frame::Columns3 Frame::angular_velocities() const {
   return View<Columns3>(message_ ? &message_->angular_velocities() : nullptr);
 }
+
+std::span<const JointId> Frame::joint_ids() const {
+  if (!message_ || message_->joint_ids().empty()) return {};
+  return {reinterpret_cast<const JointId*>(message_->joint_ids().data()),
+          message_->joint_ids().size() / sizeof(JointId)};
+}
+
+std::optional<uint32_t> Frame::joint_column(JointId id) const {
+  const std::span<const JointId> all = joint_ids();
+  const auto found = std::lower_bound(all.begin(), all.end(), id);
+  if (found == all.end() || *found != id) return std::nullopt;
+  return static_cast<uint32_t>(found - all.begin());
+}
+
+Frame::Columns6 Frame::joint_positions() const {
+  return View<Columns6>(message_ ? &message_->joint_positions() : nullptr);
+}
+
+Frame::Columns6 Frame::joint_rates() const { return View<Columns6>(message_ ? &message_->joint_rates() : nullptr); }
+
+Frame::Columns6 Frame::joint_forces() const { return View<Columns6>(message_ ? &message_->joint_forces() : nullptr); }
 
 Frame::Columns6 Frame::net_forces() const { return View<Columns6>(message_ ? &message_->net_forces() : nullptr); }
 

@@ -27,6 +27,7 @@ void EncodeFrameOptions(const FrameOptions& options, v1::FrameRequest* out) {
   out->set_poses(options.poses);
   out->set_velocities(options.velocities);
   out->set_net_forces(options.net_forces);
+  out->set_joints(options.joints);
   for (const EntityId id : options.entities) out->add_entity_ids(id.packed());
 }
 

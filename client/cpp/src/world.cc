@@ -155,6 +155,40 @@ Result<std::vector<JointInfo>> World::ListJoints() const {
   return joints;
 }
 
+Status World::Update(EntityId id, const EntityDesc& entity, EntityFields fields) {
+  return ApplyOne(UpdateEntity{id, entity, fields});
+}
+
+Result<ForceFieldId> World::AddField(const ForceField& field) {
+  const Command command = CreateForceField{field};
+  const Result<std::vector<CreatedId>> created = Apply({&command, 1});
+  if (!created.ok()) return created.status();
+  return created->front().packed();
+}
+
+Status World::UpdateField(ForceFieldId id, const ForceField& field) { return ApplyOne(UpdateForceField{id, field}); }
+
+Status World::RemoveField(ForceFieldId id) { return ApplyOne(DeleteForceField{id}); }
+
+Result<std::vector<ForceFieldInfo>> World::ListForceFields() const {
+  std::vector<ForceFieldInfo> fields;
+  v1::ListForceFieldsRequest request;
+  request.set_world(name_);
+  request.set_page_size(kPageSize);
+  do {
+    v1::ListForceFieldsResponse response;
+    GENPHYS_RETURN_IF_ERROR(
+        connection_->Call(connection_->simulation(), &Simulation::ListForceFields, request, &response));
+    for (const v1::ForceField& message : response.fields()) {
+      Result<ForceField> field = DecodeForceField(message);
+      if (!field.ok()) return field.status();
+      fields.push_back({message.id(), *std::move(field)});
+    }
+    request.set_page_token(response.next_page_token());
+  } while (!request.page_token().empty());
+  return fields;
+}
+
 Status World::ApplyForce(const genphys::ApplyForce& force) {
   v1::Command command;
   EncodeCommand(force, &command);

@@ -57,11 +57,18 @@ from .events import (
     EntityWoke,
     EpochBegan,
     Event,
+    ForceFieldCreated,
+    ForceFieldDeleted,
+    ForceFieldUpdated,
     Gap,
     JointBroke,
+    JointCreated,
+    JointDeleted,
+    JointUpdated,
     SensorEntered,
     SensorLeft,
 )
+from .fields import ForceFieldInfo
 from .frame import Frame, StepResult, StepStats
 from .joints import Joint, JointInfo
 from .model import (
@@ -139,6 +146,10 @@ __all__ = [
     "EventFilter",
     "EventKinds",
     "EventStream",
+    "ForceFieldCreated",
+    "ForceFieldDeleted",
+    "ForceFieldInfo",
+    "ForceFieldUpdated",
     "Frame",
     "FrameRequest",
     "FrameStream",
@@ -150,7 +161,10 @@ __all__ = [
     "InvalidValueError",
     "Joint",
     "JointBroke",
+    "JointCreated",
+    "JointDeleted",
     "JointInfo",
+    "JointUpdated",
     "LaunchError",
     "LimitExceededError",
     "LockedAxes",

@@ -318,6 +318,41 @@ def entity(
     )
 
 
+_ENTITY_PATHS = {"name": "display_name", "position": "pose", "orientation": "pose", "visual": "visual"}
+_BODY_PATHS = {
+    "motion": "motion_type",
+    "mass": "inertia",
+    "center_of_mass": "inertia",
+    "inertia_tensor": "inertia",
+} | {
+    name: name
+    for name in (
+        "geometries",
+        "auto_disable",
+        "error_correction",
+        "linear_velocity",
+        "angular_velocity",
+        "linear_damping",
+        "angular_damping",
+        "gravity_scale",
+        "linear_speed_max",
+        "angular_speed_max",
+        "locked_axes",
+    )
+}
+
+
+def entity_update(options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]:
+    """Returns an Entity message of what `options` say, and the paths of what they are; with `whole`, all physics."""
+    unknown = options.keys() - _ENTITY_PATHS.keys() - _BODY_PATHS.keys()
+    if unknown:
+        raise TypeError(f"an entity has no {', '.join(sorted(unknown))}")
+    paths = [_ENTITY_PATHS[name] for name in options if name in _ENTITY_PATHS]
+    parts = [f"rigid_body.{_BODY_PATHS[name]}" for name in options if name in _BODY_PATHS]
+    paths += ["rigid_body"] if whole else parts
+    return entity(physics=whole or bool(parts), **options), list(dict.fromkeys(paths))
+
+
 def resource(collection: str, name: str) -> str:
     """Returns "worlds/lab" for "lab" and for "worlds/lab"."""
     return name if name.startswith(f"{collection}/") else f"{collection}/{name}"

@@ -99,8 +99,12 @@ class Commands:
     def _create(self, entity: Any) -> Entity:
         raise NotImplementedError
 
-    def _create_field(self, field: Any) -> fields.ForceField:
+    def _create_field(self, command: Any) -> fields.ForceField:
         raise NotImplementedError
+
+    def _made_by(self, entity: Any) -> int | None:
+        """Returns the place in the batch of the command that makes an entity which is not there yet."""
+        return None
 
     def _submit(self, command: Any) -> None:
         raise NotImplementedError
@@ -234,6 +238,31 @@ class Commands:
         """
         return self._create(_encode.entity(geometries=geometries, physics=physics, **options))
 
+    def update_entity(
+        self,
+        entity: Entity | int,
+        *,
+        clear: Sequence[str] = (),
+        **options: Any,
+    ) -> None:
+        """Changes a live entity: what is given is replaced, the rest stays.
+
+        Args:
+            entity: Which.
+            clear: What it loses or takes back to its default, by path: "rigid_body", "visual", "rigid_body.inertia" ...
+            options: Keywords of `add_entity`. geometries are all that it has from then on: keep the id of one that
+                stays; of one that is changed too. A mass, centre or tensor replaces all three. Physics comes to an
+                entity without by physics=True, with all that belongs to it.
+        """
+        whole = options.pop("physics", None)
+        if whole is False:
+            clear = (*clear, "rigid_body")
+        message, paths = _encode.entity_update(options, whole=bool(whole))
+        message.id = _encode.entity_id(entity)
+        update = wire.UpdateEntity(entity=message)
+        update.update_mask.paths.extend([*paths, *clear])
+        self._submit(wire.Command(update_entity=update))
+
     def remove(self, entity: Entity | int) -> None:
         """Removes an entity and the joints that hold it."""
         self._submit(wire.Command(delete_entity=wire.DeleteEntity(entity_id=_encode.entity_id(entity))))
@@ -318,7 +347,7 @@ class Commands:
             entities: On which; empty: all dynamic ones. A spring names its own.
             region: Two opposite corners, metres: only on entities whose centre of mass is inside.
         """
-        return self._create_field(fields.message(field, entities, region))
+        return self._create_field(fields.creation(field, entities, region, self._made_by))
 
     def update_field(
         self,
@@ -412,11 +441,17 @@ class Batch(Commands):
         self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
         return handle
 
-    def _create_field(self, field: Any) -> fields.ForceField:
+    def _create_field(self, command: Any) -> fields.ForceField:
         handle = fields.ForceField()
         self._created_fields[len(self.commands)] = handle
-        self._submit(wire.Command(create_force_field=wire.CreateForceField(field=field)))
+        self._submit(wire.Command(create_force_field=command))
         return handle
+
+    def _made_by(self, entity: Any) -> int | None:
+        for index, handle in self._created.items():
+            if handle is entity and handle._id is None:
+                return index
+        return None
 
     def _submit(self, command: Any) -> None:
         self.commands.append(command)
@@ -428,10 +463,8 @@ class Batch(Commands):
         return handle
 
     def _side(self, entity: Entity | int | None) -> Any:
-        for index, handle in self._created.items():
-            if handle is entity and handle._id is None:
-                return wire.EntityRef(created_by_command=index)
-        return super()._side(entity)
+        index = self._made_by(entity)
+        return super()._side(entity) if index is None else wire.EntityRef(created_by_command=index)
 
     def _append(self, other: Batch) -> None:
         offset = len(self.commands)
@@ -440,6 +473,8 @@ class Batch(Commands):
             for side in (command.create_joint.joint.entity_a, command.create_joint.joint.entity_b):
                 if command.HasField("create_joint") and side.WhichOneof("kind") == "created_by_command":
                     side.created_by_command += offset
+            if command.HasField("create_force_field"):
+                fields.shift(command.create_force_field, offset)
         self.commands += other.commands
         self._joined.update({offset + index: handle for index, handle in other._joined.items()})
         self._created.update({offset + index: handle for index, handle in other._created.items()})

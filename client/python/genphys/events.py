@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from . import _decode
+from . import _decode, fields, joints
 from .model import Entity, EntityInfo
 
 EntityOf = Callable[[int], Entity]
@@ -138,11 +138,69 @@ class EntityStoppedMoving(Event):
 
 @dataclasses.dataclass(frozen=True)
 class JointBroke(Event):
-    """A joint was overloaded and is gone; force in N and torque in N*m are what it held in its last step."""
+    """A joint was overloaded and is gone; force in N and torque in N*m are what it held in its last step.
+
+    entity_a and entity_b are its sides; None is the world.
+    """
 
     joint: int
     force: float
     torque: float
+    entity_a: Entity | None
+    entity_b: Entity | None
+
+
+@dataclasses.dataclass(frozen=True)
+class JointCreated(Event):
+    """A joint was made; None is the world, `kind` what it is."""
+
+    joint: int
+    entity_a: Entity | None
+    entity_b: Entity | None
+    kind: joints.Kind | joints.UnknownKind
+
+
+@dataclasses.dataclass(frozen=True)
+class JointUpdated(Event):
+    """The description of a joint changed; `changed` are the paths."""
+
+    joint: int
+    entity_a: Entity | None
+    entity_b: Entity | None
+    kind: joints.Kind | joints.UnknownKind
+    changed: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class JointDeleted(Event):
+    """A joint was removed, alone or with an entity."""
+
+    joint: int
+    entity_a: Entity | None
+    entity_b: Entity | None
+
+
+@dataclasses.dataclass(frozen=True)
+class ForceFieldCreated(Event):
+    """A force field was made."""
+
+    field: int
+    info: fields.ForceFieldInfo
+
+
+@dataclasses.dataclass(frozen=True)
+class ForceFieldUpdated(Event):
+    """A force field was replaced, or lost an entity that it acted on."""
+
+    field: int
+    info: fields.ForceFieldInfo
+
+
+@dataclasses.dataclass(frozen=True)
+class ForceFieldDeleted(Event):
+    """A force field was removed, alone or with the last entity that it acted on."""
+
+    field: int
 
 
 @dataclasses.dataclass(frozen=True)
@@ -247,6 +305,35 @@ def _updated(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
     return EntityUpdated(step, sequence, info.entity, info, tuple(body.changed.paths))
 
 
+def _side(number: int, of: EntityOf) -> Entity | None:
+    return of(number) if number else None
+
+
+def _joint_broke(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
+    sides = (_side(body.entity_a, of), _side(body.entity_b, of))
+    return JointBroke(step, sequence, body.joint_id, body.force, body.torque, *sides)
+
+
+def _joint_created(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
+    joint = body.joint
+    sides = (_side(joint.entity_a.id, of), _side(joint.entity_b.id, of))
+    return JointCreated(step, sequence, joint.id, *sides, joints.decode(joint))
+
+
+def _joint_updated(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
+    joint = body.joint
+    sides = (_side(joint.entity_a.id, of), _side(joint.entity_b.id, of))
+    return JointUpdated(step, sequence, joint.id, *sides, joints.decode(joint), tuple(body.changed.paths))
+
+
+def _joint_deleted(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
+    return JointDeleted(step, sequence, body.joint_id, _side(body.entity_a, of), _side(body.entity_b, of))
+
+
+def _field(kind: Any) -> Decoder:
+    return lambda step, sequence, body, of: kind(step, sequence, body.field.id, fields.decode(body.field))
+
+
 _DECODERS: dict[str, Decoder] = {
     "contact_began": _contact(ContactBegan),
     "contact_persisted": _contact(ContactPersisted),
@@ -259,7 +346,13 @@ _DECODERS: dict[str, Decoder] = {
     "entity_woke": _single(EntityWoke),
     "entity_started_moving": _moving(EntityStartedMoving),
     "entity_stopped_moving": _moving(EntityStoppedMoving),
-    "joint_broke": lambda step, sequence, body, of: JointBroke(step, sequence, body.joint_id, body.force, body.torque),
+    "joint_broke": _joint_broke,
+    "joint_created": _joint_created,
+    "joint_updated": _joint_updated,
+    "joint_deleted": _joint_deleted,
+    "force_field_created": _field(ForceFieldCreated),
+    "force_field_updated": _field(ForceFieldUpdated),
+    "force_field_deleted": lambda step, sequence, body, of: ForceFieldDeleted(step, sequence, body.field_id),
     "entity_faulted": _single(EntityFaulted),
     "entity_created": _created,
     "entity_updated": _updated,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Union
 
 from . import _encode
@@ -110,6 +110,31 @@ class ForceField:
         return f"ForceField({self._id})"
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class ForceFieldInfo:
+    """One force field as it was when asked for. Accepted wherever a `ForceField` is.
+
+    Attributes:
+        force_field: Its handle.
+        field: What it does; None for a kind of a newer server. A spring names its entities by id, 0 is the world.
+        entities: Ids of those on which it acts; empty: all dynamic ones.
+        region: Two opposite corners, metres; None is everywhere.
+    """
+
+    force_field: ForceField
+    field: Field | None
+    entities: tuple[int, ...]
+    region: tuple[tuple[float, float, float], tuple[float, float, float]] | None
+
+    @property
+    def id(self) -> int:
+        """The id of the force field."""
+        return self.force_field.id
+
+    def __index__(self) -> int:
+        return self.id
+
+
 def _drag(field: Drag) -> Any:
     return wire.DragField(
         linear=field.linear,
@@ -187,4 +212,84 @@ def message(
         entity_ids=[_encode.entity_id(each) for each in entities],
         region=bounds,
         **_KINDS[type(field)](field),
+    )
+
+
+def creation(
+    field: Field,
+    entities: Sequence[Any],
+    region: tuple[Vector, Vector] | None,
+    made_by: Callable[[Any], int | None],
+) -> Any:
+    """Returns a CreateForceField command; `made_by` gives the place of the command that makes an entity, or None."""
+    there = [each for each in entities if made_by(each) is None]
+    ends: dict[str, int] = {}
+    if isinstance(field, Spring):
+        for name in ("a", "b"):
+            place = made_by(getattr(field, name))
+            if place is not None:
+                ends[f"spring_{name}_created_by_command"] = place
+                field = dataclasses.replace(field, **{name: 0})
+    return wire.CreateForceField(
+        field=message(field, there, region),
+        created_by_commands=[place for place in map(made_by, entities) if place is not None],
+        **ends,
+    )
+
+
+def shift(command: Any, offset: int) -> None:
+    """Moves the places that a CreateForceField command names."""
+    places = [place + offset for place in command.created_by_commands]
+    command.created_by_commands[:] = places
+    for name in ("spring_a_created_by_command", "spring_b_created_by_command"):
+        if command.HasField(name):
+            setattr(command, name, getattr(command, name) + offset)
+
+
+def _vector(message: Any) -> tuple[float, float, float]:
+    return (message.x, message.y, message.z)
+
+
+def _decode_drag(message: Any) -> Drag:
+    return Drag(
+        linear=message.linear,
+        quadratic=message.quadratic,
+        angular=message.angular,
+        medium_velocity=_vector(message.medium_velocity),
+    )
+
+
+_DECODERS: dict[str, Any] = {
+    "uniform": lambda m: Uniform(force=_vector(m.force), acceleration=_vector(m.acceleration)),
+    "drag": _decode_drag,
+    "spring": lambda m: Spring(
+        a=m.entity_a,
+        b=m.entity_b or None,
+        point_in_a=_vector(m.point_in_a),
+        point_in_b=_vector(m.point_in_b),
+        rest_length=m.rest_length,
+        stiffness=m.stiffness,
+        damping=m.damping,
+    ),
+    "point_gravity": lambda m: PointGravity(
+        strength=m.strength, center=_vector(m.center), softening=m.softening if m.HasField("softening") else None
+    ),
+    "buoyancy": lambda m: Buoyancy(
+        surface_normal=_vector(m.surface_normal) if m.HasField("surface_normal") else None,
+        surface_offset=m.surface_offset,
+        fluid_density=m.fluid_density if m.HasField("fluid_density") else None,
+        drag=_decode_drag(m.drag) if m.HasField("drag") else None,
+    ),
+}
+
+
+def decode(message: Any) -> ForceFieldInfo:
+    """Returns the description of a ForceField message."""
+    kind = message.WhichOneof("kind")
+    region = message.region
+    return ForceFieldInfo(
+        force_field=ForceField(message.id),
+        field=_DECODERS[kind](getattr(message, kind)) if kind in _DECODERS else None,
+        entities=tuple(message.entity_ids),
+        region=(_vector(region.corner), _vector(region.opposite_corner)) if message.HasField("region") else None,
     )

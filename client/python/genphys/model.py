@@ -262,7 +262,7 @@ class EventKinds:
         sleeping: Falling asleep and waking up.
         moving: Starting and stopping to move or to rotate.
         joints: Joints that break.
-        changes: Entities created, updated, deleted and faulted.
+        changes: Entities, joints and force fields created, updated and deleted, and entities faulted.
     """
 
     contacts: bool = True

@@ -134,6 +134,10 @@ def _moving(event: events.EntityStartedMoving | events.EntityStoppedMoving, verb
     return f"{event.entity} {verb} {'rotating' if event.rotation else 'moving'}"
 
 
+def _sides(event: events.JointCreated | events.JointDeleted) -> str:
+    return " and ".join("the world" if side is None else str(side) for side in (event.entity_a, event.entity_b))
+
+
 _LINES: dict[type, Any] = {
     events.ContactBegan: lambda event: _contact(event, "touch"),
     events.ContactPersisted: lambda event: _contact(event, "still touch"),
@@ -149,6 +153,12 @@ _LINES: dict[type, Any] = {
     events.EntityCreated: lambda event: f"{event.entity} appears",
     events.EntityUpdated: lambda event: f"{event.entity} is changed: {', '.join(event.changed)}",
     events.EntityDeleted: lambda event: f"{event.entity} is removed",
+    events.JointCreated: lambda event: f"joint {event.joint} holds {_sides(event)}",
+    events.JointUpdated: lambda event: f"joint {event.joint} is changed: {', '.join(event.changed)}",
+    events.JointDeleted: lambda event: f"joint {event.joint} of {_sides(event)} is removed",
+    events.ForceFieldCreated: lambda event: f"force field {event.field} appears",
+    events.ForceFieldUpdated: lambda event: f"force field {event.field} is changed",
+    events.ForceFieldDeleted: lambda event: f"force field {event.field} is removed",
 }
 
 

@@ -14,7 +14,8 @@ from ._contract import wire
 from .commands import Batch, Commands
 from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
-from .fields import ForceField
+from .fields import ForceField, ForceFieldInfo
+from .fields import decode as decode_field
 from .frame import RowsCache, StepResult, stamp_of, stats_of
 from .joints import Joint, JointInfo
 from .model import Entity, EntityInfo, Stamp, WorldInfo
@@ -117,6 +118,17 @@ class World(Commands, Queries):
         while True:
             response = self._connection.call("ListJoints", request, timeout)
             found += [_decode.joint_info(*each) for each in zip(response.joints, response.states)]
+            if not response.next_page_token:
+                return found
+            request.page_token = response.next_page_token
+
+    def fields(self, *, timeout: float | None = None) -> list[ForceFieldInfo]:
+        """Returns all force fields, in order of id."""
+        found: list[ForceFieldInfo] = []
+        request = wire.ListForceFieldsRequest(world=self._name, page_size=_PAGE_SIZE)
+        while True:
+            response = self._connection.call("ListForceFields", request, timeout)
+            found += [decode_field(each) for each in response.fields]
             if not response.next_page_token:
                 return found
             request.page_token = response.next_page_token
@@ -263,10 +275,8 @@ class World(Commands, Queries):
         request = wire.CreateEntityRequest(world=self._name, entity=entity)
         return self._learn(_decode.entity_info(self._connection.call("CreateEntity", request).entity)).entity
 
-    def _create_field(self, field: Any) -> ForceField:
-        command = wire.Command(create_force_field=wire.CreateForceField(field=field))
-        request = wire.StepRequest(world=self._name, commands=[command], steps=0)
-        return ForceField(self._connection.call("Step", request).results[0].created_id)
+    def _create_field(self, command: Any) -> ForceField:
+        return ForceField(self._send(wire.Command(create_force_field=command)).results[0].created_id)
 
     def _submit(self, command: Any) -> None:
         self._send(command)

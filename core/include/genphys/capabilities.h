@@ -43,6 +43,8 @@ enum class Feature : uint8_t {
   kJointSixDof,
   kJointDistance,
   kJointGear,
+  kLockedAxes,
+  kSurfaceVelocity,
   kCount,
 };
 

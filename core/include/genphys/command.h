@@ -134,9 +134,13 @@ struct SetMotorColumns {
   std::vector<double> positions;   // m or rad, of motors that drive to a position; empty: kept
 };
 
-/// Adds a force field, which acts until it is deleted.
+/// Adds a force field, which acts until it is deleted. What earlier commands of the same batch create is named by their
+/// places in it.
 struct CreateForceField {
   ForceField field;
+  std::vector<uint32_t> created_by_commands;  // on which it acts besides
+  std::optional<uint32_t> spring_a_created_by_command = std::nullopt;
+  std::optional<uint32_t> spring_b_created_by_command = std::nullopt;
 };
 
 /// Replaces all of a force field.

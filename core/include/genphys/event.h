@@ -20,7 +20,7 @@ struct EventKinds {
   bool sleeping = true;
   bool moving = false;  // started, stopped
   bool joints = true;   // broken ones
-  bool changes = true;  // entities created, updated, deleted
+  bool changes = true;  // entities, joints and force fields created, updated, deleted
   bool operator==(const EventKinds&) const = default;
 };
 
@@ -104,11 +104,45 @@ struct EntityUpdated {
 struct EntityDeleted {
   EntityId id;
 };
+/// As it was at that moment, with all that was left open. The pair is as the joint names it; null is the world.
+struct JointCreated {
+  JointId joint;
+  EntityPair pair;
+  std::shared_ptr<const JointDesc> desc;
+};
+struct JointUpdated {
+  JointId joint;
+  EntityPair pair;
+  std::shared_ptr<const JointDesc> desc;
+  JointFields fields;
+};
+/// By a command, or with an entity. One that breaks is told of as that.
+struct JointDeleted {
+  JointId joint;
+  EntityPair pair;
+};
+/// As it was at that moment. The pair is that of a spring, else null.
+struct ForceFieldCreated {
+  ForceFieldId field = 0;
+  EntityPair pair;
+  std::shared_ptr<const ForceField> desc;
+};
+/// Replaced, or less an entity that is gone.
+struct ForceFieldUpdated {
+  ForceFieldId field = 0;
+  EntityPair pair;
+  std::shared_ptr<const ForceField> desc;
+};
+struct ForceFieldDeleted {
+  ForceFieldId field = 0;
+  EntityPair pair;
+};
 
 /// The order of the alternatives is the canonical order of kinds within a step.
 using EventKind = std::variant<EntityCreated, EntityUpdated, EntityDeleted, ContactBegan, ContactPersisted,
                                ContactEnded, SensorEntered, SensorLeft, EntityWoke, EntitySlept, EntityStartedMoving,
-                               EntityStoppedMoving, EntityFaulted, JointBroke>;
+                               EntityStoppedMoving, EntityFaulted, JointBroke, JointCreated, JointUpdated, JointDeleted,
+                               ForceFieldCreated, ForceFieldUpdated, ForceFieldDeleted>;
 
 struct Event {
   uint64_t sequence = 0;  // dense per world and epoch, from 1

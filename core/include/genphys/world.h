@@ -121,11 +121,12 @@ class World {
   void SetVelocityNow(const SetVelocity& command);
   void SetPoseNow(const SetPose& command);
   void DropLockedOf(EntityRow row);
+  EntityId CreateField(const CreateForceField& command, std::span<const CreatedId> created);
   void SetField(ForceFieldId id, ForceField field);
   void RestartAll();
   bool HasSpring(EntityId id) const;
   void RemoveFieldsOf(EntityId id);
-  EntityId ApplyOne(const Command& command);
+  void ApplyOne(const Command& command);
   void Grow();
   void AttachBody(EntityRow row);
   void DetachBody(EntityRow row);
@@ -135,6 +136,7 @@ class World {
   JointId Join(JointDesc joint);
   void Rejoin(const UpdateJoint& command);
   void Unjoin(JointId id);
+  void UnjoinAndTell(JointId id);
   void UnjoinAllOf(EntityId id);
   JointBroke Break(JointId id);
   void Drive(const SetMotorColumns& command);

@@ -233,6 +233,7 @@ Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsReque
     EncodeJointState(ids[i], world_->layer_state().joints[ids[i].index()], response.add_states());
   }
   stamp().Encode(response.mutable_stamp());
+  response.set_last_sequence(events_->last_sequence());
   return response;
 }
 
@@ -253,6 +254,7 @@ Result<v1::ListForceFieldsResponse> HostedWorld::ListForceFields(const v1::ListF
     bytes += message->ByteSizeLong();
   }
   stamp().Encode(response.mutable_stamp());
+  response.set_last_sequence(events_->last_sequence());
   return response;
 }
 

@@ -58,6 +58,20 @@ class Frame {
   /// xyz force and xyz torque that acted in the last step, N and N*m, world.
   Columns6 net_forces() const;
   bool asleep(uint32_t row) const;
+
+  // Column i describes the joint joint_ids()[i]. Without columns unless joints were asked for.
+
+  /// Ascending.
+  std::span<const JointId> joint_ids() const;
+  /// The column of a joint, or nothing if the frame does not have it. Costs a binary search.
+  std::optional<uint32_t> joint_column(JointId id) const;
+  /// Along x y z of the joint frame in metres, about x y z in radians with full turns counted; see JointState.
+  Columns6 joint_positions() const;
+  /// Of these, m/s and rad/s.
+  Columns6 joint_rates() const;
+  /// xyz force and xyz torque on b, mean over the last step, N and N*m, world.
+  Columns6 joint_forces() const;
+
   /// The frame must have poses.
   Pose pose(uint32_t row) const;
 

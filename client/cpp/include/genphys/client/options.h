@@ -61,6 +61,7 @@ struct FrameOptions {
   bool poses = true;
   bool velocities = true;
   bool net_forces = false;
+  bool joints = false;             // what all joints of the world are doing
   std::vector<EntityId> entities;  // empty: all
 };
 

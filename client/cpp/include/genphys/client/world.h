@@ -71,6 +71,12 @@ struct JointInfo {
   JointState state;
 };
 
+/// A force field with its id.
+struct ForceFieldInfo {
+  ForceFieldId id = 0;
+  ForceField field;
+};
+
 /// A world on a server. Safe to use from several threads. A refusal has the reason and the field path that the server
 /// gave it: see RefusalOf(). Failures of the connection are UNAVAILABLE and DEADLINE_EXCEEDED; a retry that could
 /// change the world twice is recognised by the server.
@@ -93,6 +99,8 @@ class World {
   Result<EntityId> Add(const Shape& shape, const BodyOptions& options = {});
   /// Adds any entity.
   Result<EntityId> Create(const EntityDesc& entity);
+  /// Replaces the named fields of an entity: physics, a visual, geometries and all else come and go while it lives.
+  Status Update(EntityId id, const EntityDesc& entity, EntityFields fields);
   Status Remove(EntityId id);
   /// An entity as it is now: description with current pose and velocities.
   Result<EntityDesc> Describe(EntityId id) const;
@@ -106,6 +114,14 @@ class World {
   Status Unjoin(JointId id);
   /// All of them, in order of id.
   Result<std::vector<JointInfo>> ListJoints() const;
+
+  /// Adds a force field, which acts until it is removed.
+  Result<ForceFieldId> AddField(const ForceField& field);
+  /// Replaces all of a force field.
+  Status UpdateField(ForceFieldId id, const ForceField& field);
+  Status RemoveField(ForceFieldId id);
+  /// All of them, in order of id.
+  Result<std::vector<ForceFieldInfo>> ListForceFields() const;
 
   Status ApplyForce(const genphys::ApplyForce& force);
   Status ApplyImpulse(const genphys::ApplyImpulse& impulse);
