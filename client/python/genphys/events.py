@@ -152,12 +152,12 @@ class JointBroke(Event):
 
 @dataclasses.dataclass(frozen=True)
 class JointCreated(Event):
-    """A joint was made; None is the world, `kind` what it is."""
+    """A joint was made; None is the world, `description` what it is."""
 
     joint: int
     entity_a: Entity | None
     entity_b: Entity | None
-    kind: joints.Kind | joints.UnknownKind
+    description: joints.Kind | joints.UnknownKind
 
 
 @dataclasses.dataclass(frozen=True)
@@ -167,7 +167,7 @@ class JointUpdated(Event):
     joint: int
     entity_a: Entity | None
     entity_b: Entity | None
-    kind: joints.Kind | joints.UnknownKind
+    description: joints.Kind | joints.UnknownKind
     changed: tuple[str, ...]
 
 

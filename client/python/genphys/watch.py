@@ -12,6 +12,7 @@ from typing import Any
 
 from . import events
 from .errors import GenphysError, UnavailableError
+from .fields import ForceField
 from .model import Entity, EntityInfo
 from .server import Server, connect
 from .streams import AnyEvent
@@ -108,6 +109,8 @@ def to_json(event: AnyEvent) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     if isinstance(value, Entity):
         return {"id": str(value.id), "name": value.name}
+    if isinstance(value, ForceField):
+        return {"id": str(value.id)}
     if isinstance(value, EntityInfo):
         return {"position": list(value.position), "orientation": list(value.orientation), "motion": value.motion}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -134,7 +137,7 @@ def _moving(event: events.EntityStartedMoving | events.EntityStoppedMoving, verb
     return f"{event.entity} {verb} {'rotating' if event.rotation else 'moving'}"
 
 
-def _sides(event: events.JointCreated | events.JointDeleted) -> str:
+def _sides(event: events.JointBroke | events.JointCreated | events.JointUpdated | events.JointDeleted) -> str:
     return " and ".join("the world" if side is None else str(side) for side in (event.entity_a, event.entity_b))
 
 
@@ -148,13 +151,15 @@ _LINES: dict[type, Any] = {
     events.EntityWoke: lambda event: f"{event.entity} wakes up",
     events.EntityStartedMoving: lambda event: _moving(event, "starts"),
     events.EntityStoppedMoving: lambda event: _moving(event, "stops"),
-    events.JointBroke: lambda event: f"joint {event.joint} breaks at {event.force:.3g} N, {event.torque:.3g} N*m",
+    events.JointBroke: lambda event: (
+        f"joint {event.joint} of {_sides(event)} breaks at {event.force:.3g} N, {event.torque:.3g} N*m"
+    ),
     events.EntityFaulted: lambda event: f"{event.entity} left the bounds of the world and is disabled",
     events.EntityCreated: lambda event: f"{event.entity} appears",
     events.EntityUpdated: lambda event: f"{event.entity} is changed: {', '.join(event.changed)}",
     events.EntityDeleted: lambda event: f"{event.entity} is removed",
     events.JointCreated: lambda event: f"joint {event.joint} holds {_sides(event)}",
-    events.JointUpdated: lambda event: f"joint {event.joint} is changed: {', '.join(event.changed)}",
+    events.JointUpdated: lambda event: f"joint {event.joint} of {_sides(event)} is changed: {', '.join(event.changed)}",
     events.JointDeleted: lambda event: f"joint {event.joint} of {_sides(event)} is removed",
     events.ForceFieldCreated: lambda event: f"force field {event.field} appears",
     events.ForceFieldUpdated: lambda event: f"force field {event.field} is changed",

@@ -64,7 +64,7 @@ def test_joints_and_fields_are_told_of(space):
         push = batch.add_field(fields.Uniform(force=(0, 0, 1)), entities=[a], region=((-9, -9, -9), (9, 9, 9)))
     events = space.step(1).events
     (made,) = of(events, genphys.JointCreated)
-    assert (made.joint, made.entity_a, made.entity_b, made.kind) == (joint.id, a, b, joints.Fixed())
+    assert (made.joint, made.entity_a, made.entity_b, made.description) == (joint.id, a, b, joints.Fixed())
     assert made.involves(a) and not made.involves(999)
     assert [each.field for each in of(events, genphys.ForceFieldCreated)] == [spring.id, push.id]
     first, second = space.fields()

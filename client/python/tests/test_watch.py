@@ -6,7 +6,7 @@ import pytest
 from fake_server import FakeServer, batch
 
 import genphys
-from genphys import watch
+from genphys import fields, joints, watch
 from genphys._contract import wire
 
 
@@ -90,11 +90,17 @@ def every_event():
         "force": 1.0,
         "torque": 2.0,
         "info": None,
+        "description": joints.Hinge(upper=1.0),
+        "field": 4,
         "changed": ("pose",),
     }
+    of_field = genphys.ForceFieldInfo(
+        force_field=fields.ForceField(4), field=fields.Drag(linear=0.5), entities=(2,), region=None
+    )
     for kind in genphys.Event.__subclasses__():
         names = [name for name in kind.__dataclass_fields__ if name not in ("step", "sequence")]
-        yield kind(7, 8, *(samples[name] for name in names))
+        given = samples | ({"info": of_field} if "field" in names else {})
+        yield kind(7, 8, *(given[name] for name in names))
     yield genphys.Event(7, 8)
     yield genphys.Gap(1, 3)
     yield genphys.EpochBegan(9)
