@@ -14,7 +14,7 @@ SI units, right-handed axes with z up, quaternions (w, x, y, z). Everything that
 from . import errors, fields, joints
 from ._connection import DEFAULT_TIMEOUT_SECONDS
 from ._descriptors import DescriptorsMissing
-from .commands import Batch
+from .batch import Batch
 from .errors import (
     AlreadyExistsError,
     BudgetExceededError,

@@ -12,64 +12,9 @@ from .joints import Joint
 from .model import Entity, Quaternion, Vector
 
 if TYPE_CHECKING:
-    from typing_extensions import TypedDict, Unpack
+    from typing_extensions import Unpack
 
-    class BodyOptions(TypedDict, total=False):
-        """Keywords of every `add_...`.
-
-        name: for people. position: metres, world. orientation: (w, x, y, z). linear_velocity: of the centre of mass,
-        m/s. angular_velocity: rad/s. motion: "dynamic", "kinematic" or "static". mass: kg. linear_damping and
-        angular_damping: 1/s, the velocity decays as exp(-c t). gravity_scale: part of the world's gravity that
-        acts on it. linear_speed_max (m/s) and angular_speed_max (rad/s): what would be faster is slowed down to it.
-        locked_axes: axes of the world along and about which it does not move.
-        """
-
-        name: str
-        position: Vector
-        orientation: Quaternion
-        linear_velocity: Vector
-        angular_velocity: Vector
-        motion: str
-        mass: float
-        linear_damping: float
-        angular_damping: float
-        gravity_scale: float
-        linear_speed_max: float
-        angular_speed_max: float
-        locked_axes: model.LockedAxes
-        auto_disable: model.AutoDisable
-        error_correction: model.ErrorCorrection
-        visual: model.Visual
-
-    class ShapeOptions(BodyOptions, total=False):
-        """Keywords of `add_sphere` and its like: those of every entity, and those of its one geometry.
-
-        density: kg/m^3, instead of mass. The others are explained at `Geometry`.
-        """
-
-        density: float
-        friction: float
-        kinetic_friction: float
-        restitution: float
-        friction_mixing: str
-        restitution_mixing: str
-        rolling_friction: float
-        spinning_friction: float
-        sensor: bool
-        collision_space: str
-        category_bits: int
-        collides_with_bits: int
-        surface_velocity: Vector
-
-    class EntityOptions(BodyOptions, total=False):
-        """Keywords of `add_entity` beside those of every entity.
-
-        center_of_mass: in the entity's frame, metres. inertia_tensor: about it, kg*m^2, 3 x 3 or xx xy xz yy yz zz.
-        """
-
-        center_of_mass: Vector
-        inertia_tensor: Any
-
+    from ._options import EntityOptions, ShapeOptions
 
 _GEOMETRY_KEYWORDS = (
     "friction",
@@ -421,74 +366,6 @@ class Commands:
             raise ValueError("give mass or density, not both")
         of_geometry = {key: options.pop(key) for key in _GEOMETRY_KEYWORDS if key in options}
         return self._create(_encode.entity(geometries=[model.Geometry(shape=shape, **of_geometry)], **options))
-
-
-class Batch(Commands):
-    """Commands that go with the next `World.step`; made by `World.batch`."""
-
-    def __init__(self) -> None:
-        self.commands: list[Any] = []
-        self._created: dict[int, Entity] = {}
-        self._joined: dict[int, Joint] = {}
-        self._created_fields: dict[int, fields.ForceField] = {}
-
-    def __len__(self) -> int:
-        return len(self.commands)
-
-    def _create(self, entity: Any) -> Entity:
-        handle = Entity(None, entity.display_name)
-        self._created[len(self.commands)] = handle
-        self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
-        return handle
-
-    def _create_field(self, command: Any) -> fields.ForceField:
-        handle = fields.ForceField()
-        self._created_fields[len(self.commands)] = handle
-        self._submit(wire.Command(create_force_field=command))
-        return handle
-
-    def _made_by(self, entity: Any) -> int | None:
-        for index, handle in self._created.items():
-            if handle is entity and handle._id is None:
-                return index
-        return None
-
-    def _submit(self, command: Any) -> None:
-        self.commands.append(command)
-
-    def _join(self, joint: Any) -> Joint:
-        handle = Joint(None)
-        self._joined[len(self.commands)] = handle
-        self._submit(wire.Command(create_joint=wire.CreateJoint(joint=joint)))
-        return handle
-
-    def _side(self, entity: Entity | int | None) -> Any:
-        index = self._made_by(entity)
-        return super()._side(entity) if index is None else wire.EntityRef(created_by_command=index)
-
-    def _append(self, other: Batch) -> None:
-        offset = len(self.commands)
-        for command in other.commands:
-            # Sides that the batch itself creates are named by their place, which is another one now.
-            for side in (command.create_joint.joint.entity_a, command.create_joint.joint.entity_b):
-                if command.HasField("create_joint") and side.WhichOneof("kind") == "created_by_command":
-                    side.created_by_command += offset
-            if command.HasField("create_force_field"):
-                fields.shift(command.create_force_field, offset)
-        self.commands += other.commands
-        self._joined.update({offset + index: handle for index, handle in other._joined.items()})
-        self._created.update({offset + index: handle for index, handle in other._created.items()})
-        self._created_fields.update({offset + index: handle for index, handle in other._created_fields.items()})
-
-    def _settle(self, results: Sequence[Any]) -> tuple[Entity, ...]:
-        """Gives the created entities their ids and returns them in order."""
-        for index, handle in self._created.items():
-            handle._id = results[index].created_id
-        for index, joint in self._joined.items():
-            joint._id = results[index].created_id
-        for index, field in self._created_fields.items():
-            field._id = results[index].created_id
-        return tuple(self._created[index] for index in sorted(self._created))
 
 
 def _force(

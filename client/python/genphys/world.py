@@ -11,7 +11,8 @@ from typing import Any
 from . import _decode, _encode, model
 from ._connection import Connection
 from ._contract import wire
-from .commands import Batch, Commands
+from .batch import Batch
+from .commands import Commands
 from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
 from .fields import ForceField, ForceFieldInfo

@@ -1,0 +1,80 @@
+"""Commands that are collected, to be sent together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from . import fields
+from ._contract import wire
+from .commands import Commands
+from .joints import Joint
+from .model import Entity
+
+
+class Batch(Commands):
+    """Commands that go with the next `World.step`; made by `World.batch`."""
+
+    def __init__(self) -> None:
+        self.commands: list[Any] = []
+        self._created: dict[int, Entity] = {}
+        self._joined: dict[int, Joint] = {}
+        self._created_fields: dict[int, fields.ForceField] = {}
+
+    def __len__(self) -> int:
+        return len(self.commands)
+
+    def _create(self, entity: Any) -> Entity:
+        handle = Entity(None, entity.display_name)
+        self._created[len(self.commands)] = handle
+        self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
+        return handle
+
+    def _create_field(self, command: Any) -> fields.ForceField:
+        handle = fields.ForceField()
+        self._created_fields[len(self.commands)] = handle
+        self._submit(wire.Command(create_force_field=command))
+        return handle
+
+    def _made_by(self, entity: Any) -> int | None:
+        for index, handle in self._created.items():
+            if handle is entity and handle._id is None:
+                return index
+        return None
+
+    def _submit(self, command: Any) -> None:
+        self.commands.append(command)
+
+    def _join(self, joint: Any) -> Joint:
+        handle = Joint(None)
+        self._joined[len(self.commands)] = handle
+        self._submit(wire.Command(create_joint=wire.CreateJoint(joint=joint)))
+        return handle
+
+    def _side(self, entity: Entity | int | None) -> Any:
+        index = self._made_by(entity)
+        return super()._side(entity) if index is None else wire.EntityRef(created_by_command=index)
+
+    def _append(self, other: Batch) -> None:
+        offset = len(self.commands)
+        for command in other.commands:
+            # Sides that the batch itself creates are named by their place, which is another one now.
+            for side in (command.create_joint.joint.entity_a, command.create_joint.joint.entity_b):
+                if command.HasField("create_joint") and side.WhichOneof("kind") == "created_by_command":
+                    side.created_by_command += offset
+            if command.HasField("create_force_field"):
+                fields.shift(command.create_force_field, offset)
+        self.commands += other.commands
+        self._joined.update({offset + index: handle for index, handle in other._joined.items()})
+        self._created.update({offset + index: handle for index, handle in other._created.items()})
+        self._created_fields.update({offset + index: handle for index, handle in other._created_fields.items()})
+
+    def _settle(self, results: Sequence[Any]) -> tuple[Entity, ...]:
+        """Gives the created entities their ids and returns them in order."""
+        for index, handle in self._created.items():
+            handle._id = results[index].created_id
+        for index, joint in self._joined.items():
+            joint._id = results[index].created_id
+        for index, field in self._created_fields.items():
+            field._id = results[index].created_id
+        return tuple(self._created[index] for index in sorted(self._created))
