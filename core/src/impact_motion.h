@@ -28,7 +28,6 @@ class ImpactMotion {
   bool is_movable() const { return mass_ != nullptr; }
   const Pose& pose() const { return pose_; }
   const Vector3& linear_velocity() const { return linear_velocity_; }
-  const Vector3& acceleration() const { return acceleration_; }
   Vector3 angular_velocity() const;
   /// `struck` moved on for `time` with its acceleration: velocities only, kg*m^2/s kept.
   StruckBody Coast(const StruckBody& struck, double time) const;

@@ -13,8 +13,8 @@ constexpr double kUnseenWay = 0.8;
 
 class Sweeper {
  public:
-  Sweeper(const ImpactWorld& world, BackendWorld& engine, const std::vector<Pose>& starts, double step_size)
-      : world_(world), engine_(engine), starts_(starts), step_size_(step_size), speed_(world, step_size) {}
+  Sweeper(const ImpactWorld& world, BackendWorld& engine, double step_size)
+      : world_(world), engine_(engine), speed_(world, step_size) {}
 
   void Sweep(const FlownWay& way, std::vector<SweptPair>& swept) {
     const uint32_t row = Index(way.row);
@@ -51,8 +51,7 @@ class Sweeper {
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
     const Pose now = world_.state.pose(target);
-    // Where the target was when this way began, of the whole substep's way of its own.
-    const Pose before{now.position - part_of(way) * (now.position - starts_[Index(target)].position), now.orientation};
+    const Pose before{now.position - way.time * VelocityOf(target), now.orientation};
     const std::optional<ShapeHit> hit =
         SweepShape(geometry.shape, start, translation - (now.position - before.position), there.shape,
                    ToPlacement(before.Transform(there.pose_in_entity)));
@@ -68,12 +67,15 @@ class Sweeper {
     swept.push_back(pair);
   }
 
-  double part_of(const FlownWay& way) const { return way.time / step_size_; }
+  // By which it came to where it is.
+  Vector3 VelocityOf(EntityRow row) const {
+    if (!world_.active[Index(row)]) return Vector3::Zero();
+    const HalfStep& half = world_.layer.half_steps[Index(row)];
+    return half.restarts ? Vector3(world_.state.linear_velocities.col(Index(row))) : half.velocity;
+  }
 
   const ImpactWorld& world_;
   BackendWorld& engine_;
-  const std::vector<Pose>& starts_;
-  double step_size_;
   ImpactSpeed speed_;
   std::vector<GeometryRow> found_;
 };
@@ -81,8 +83,8 @@ class Sweeper {
 }  // namespace
 
 std::vector<SweptPair> FindSwept(const ImpactWorld& world, BackendWorld& engine, std::span<const FlownWay> ways,
-                                 const std::vector<Pose>& starts, double step_size) {
-  Sweeper sweeper(world, engine, starts, step_size);
+                                 double step_size) {
+  Sweeper sweeper(world, engine, step_size);
   std::vector<SweptPair> swept;
   for (const FlownWay& way : ways) sweeper.Sweep(way, swept);
   return swept;

@@ -15,9 +15,9 @@ struct FlownWay {
 };
 
 /// What the bodies of `ways` flew into on their ways and may be out of again, for those that went so far that the test
-/// at the end may have missed it. `starts` are the poses, by row, where the substep began. Geometries are taken along
-/// the chord of their way, without turning.
+/// at the end may have missed it. Geometries are taken along the chord of their way, without turning, and those that
+/// they meet along theirs.
 std::vector<SweptPair> FindSwept(const ImpactWorld& world, BackendWorld& engine, std::span<const FlownWay> ways,
-                                 const std::vector<Pose>& starts, double step_size);
+                                 double step_size);
 
 }  // namespace genphys

@@ -26,13 +26,17 @@ constexpr double kTimedPart = 1e-5;
 // How far from touching (m, and of the way of a substep) the other corners of what lands flat may be.
 constexpr double kFlatGap = 2e-5;
 constexpr double kFlatPart = 0.03;
-// m/s: points that slide faster have the kinetic coefficient.
-constexpr double kSlidingSpeed = 1e-2;
 // Kinetic energy may grow by rounding only.
 constexpr double kEnergySlack = 1e-12;
 constexpr int kEnergyBisections = 30;
+// m/s: what slips faster slides.
+constexpr double kSlidingSpeed = 1e-2;
 
 }  // namespace
+
+double FrictionAt(const MixedMaterial& material, double speed) {
+  return speed > kSlidingSpeed ? material.kinetic_friction : material.friction;
+}
 
 bool ImpactSpeed::IsInFlight(EntityRow row) const {
   return !world_.active[Index(row)] || world_.layer.half_steps[Index(row)].in_flight;
@@ -274,8 +278,7 @@ void Impacts::Restitute() {
     const ContactPair& pair = blow_pairs_[i]->pair;
     const bool bounces = closing > speed_.Of(pair.entity_a, pair.entity_b, blow.normal);
     blow.separation_speed = bounces ? material.restitution * closing : 0;
-    const bool slides = (approach + closing * blow.normal).norm() > kSlidingSpeed;
-    blow.friction = slides ? material.kinetic_friction : material.friction;
+    blow.friction = FrictionAt(material, (approach + closing * blow.normal).norm());
     approaches_.push_back(approach);
   }
   const std::vector<StruckBody> before = bodies_;

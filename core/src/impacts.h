@@ -42,6 +42,9 @@ class ImpactSpeed {
   double step_size_;
 };
 
+/// The Coulomb coefficient where surfaces slip at `speed`, m/s: at rest or while sliding.
+double FrictionAt(const MixedMaterial& material, double speed);
+
 /// A pair that one body flew into, maybe out of again, since the substep began.
 struct SweptPair {
   EntityRow entity_a{};  // as in a ContactPair

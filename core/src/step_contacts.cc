@@ -11,8 +11,6 @@
 namespace genphys {
 namespace {
 
-// m/s: points that slide faster have the kinetic coefficient.
-constexpr double kSlidingSpeed = 1e-2;
 // More impacts one after the other than this are left to the next substep.
 constexpr int kWavesMax = 32;
 
@@ -55,8 +53,7 @@ void StepRun::PrepareContacts(double h) {
       // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
       const double closing = -point.relative_velocity.dot(point.normal);
       const Vector3 slip = point.relative_velocity + pair.surface_velocity;
-      const bool slides = (slip - slip.dot(point.normal) * point.normal).norm() > kSlidingSpeed;
-      point.friction = slides ? pair.material.kinetic_friction : pair.material.friction;
+      point.friction = FrictionAt(pair.material, (slip - slip.dot(point.normal) * point.normal).norm());
       point.is_ahead = is_solved_apart && point.depth < 0 &&
                        (point.depth < -kReleaseGap ||
                         std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
@@ -92,23 +89,25 @@ void StepRun::ResolveImpacts(double h, bool after_move) {
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> ways;
   if (after_move) {
-    for (const Mover& mover : movers_) ways.push_back({mover.row, starts_[Index(mover.row)], h});
+    for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
   }
+  FillRelativeVelocities();
   for (int wave = 0; wave < kWavesMax; ++wave) {
-    FillRelativeVelocities();
-    const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.engine_, ways, starts_, h);
+    const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.engine_, ways, h);
     if (!impacts.Solve(world_.contacts_, swept)) break;
     ways.clear();
-    if (impacts.moved().empty()) continue;
     std::vector<EntityRow> rows;
     for (const Impacts::Moved& moved : impacts.moved()) {
       ways.push_back({moved.row, moved.struck, moved.time});
       rows.push_back(moved.row);
     }
     locked_.Finish();
-    world_.engine_->WriteState(rows, state_);
-    RetireStrays();
-    CollideAndWake();
+    if (!rows.empty()) {
+      world_.engine_->WriteState(rows, state_);
+      RetireStrays();
+      CollideAndWake();
+    }
+    FillRelativeVelocities();
   }
   touches_.AddSolved(impacts.impulses());
   Mark("impacts");

@@ -79,6 +79,7 @@ void StepRun::BeginMover(Mover& mover) {
   const Quaternion orientation = state_.pose(mover.row).orientation;
   mover.tensor = WorldTensor(orientation, mass.tensor);
   mover.inverse_tensor = WorldTensor(orientation, mass.inverse_tensor);
+  mover.start = state_.pose(mover.row);
   mover.steady = SteadyPush(mover.row);
   const double last = world_.layer_.last_substep;
   const bool may_restart = !half.restarts && !half.in_flight && half.since_restart >= kRestartPause && last > 0;
@@ -115,7 +116,6 @@ void StepRun::KickMover(Mover& mover, double h) {
   Brake(mover, mover.past + h / 2, linear, mover.momentum);
   linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);
   mover.momentum += h / 2 * (mover.steady.torque + mover.field.torque);
-  accelerations_[row] = mover.steady.acceleration + mover.field.acceleration;
   mover.linear_given = Limited(linear, body.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 

@@ -39,6 +39,7 @@ class StepRun {
   // What the layer keeps of a moving dynamic body over a substep.
   struct Mover {
     EntityRow row{};
+    Pose start;                                // of the substep
     Vector3 linear_start = Vector3::Zero();    // at the start of the step
     Vector3 momentum_start = Vector3::Zero();  // angular, at the start of the step
     double past = 0;                           // s of the last substep that forces of fields are still owed for
@@ -111,7 +112,6 @@ class StepRun {
   std::vector<Wrench> wrenches_;           // of commands, by row; empty when nothing is applied at all
   std::vector<Wrench> field_wrenches_;     // of force fields, by row; empty without them
   std::vector<Vector3> accelerations_;     // from outside, by row, m/s^2
-  std::vector<Pose> starts_;               // by row, of the substep
   std::vector<uint8_t> flew_;              // by row: it was in flight before the solve
   std::vector<uint8_t> jointed_;           // by row: a joint holds it
   std::vector<uint8_t> held_;              // by row: something touches or holds it

@@ -97,6 +97,8 @@ void StepRun::Restore() {
 void StepRun::AddMover(EntityRow row) {
   Mover& mover = movers_.emplace_back();
   mover.row = row;
+  mover.start = state_.pose(row);
+  accelerations_[Index(row)] = SteadyPush(row).acceleration;
   mover.linear_start = state_.linear_velocities.col(Index(row));
   mover.momentum_start = WorldTensor(state_.pose(row).orientation, world_.scene_.entities[Index(row)]->mass.tensor) *
                          state_.angular_velocities.col(Index(row));
@@ -106,23 +108,18 @@ void StepRun::Advance() {
   tested_.assign(state_.rows(), false);
   accelerations_.assign(state_.rows(), Vector3::Zero());
   GatherForces();
-  starts_.resize(state_.rows());
   flew_.assign(state_.rows(), false);
   jointed_.assign(state_.rows(), false);
   joints_.MarkHeld(jointed_);
   last_substep_before_ = world_.layer_.last_substep;
   for (EntityRow row : rows_) Save(row, false);
   for (EntityRow row : kinematic_rows_) Save(row, false);
-  for (EntityRow row : rows_) {
-    AddMover(row);
-    accelerations_[Index(row)] = SteadyPush(row).acceleration;
-  }
+  for (EntityRow row : rows_) AddMover(row);
   const uint32_t substeps = world_.backend_->Resolve(world_.scene_.world.stepper).substeps;
   substep_ = step_size_ / substeps;
   if (world_.contacts_stale_) CollideAndWake();
   PayReleased();
   ResolveImpacts(substep_, false);
-  FillRelativeVelocities();
   for (uint32_t i = 0; i < substeps; ++i) Substep(substep_);
   FinishNetForces();
   FinishJoints();
@@ -199,14 +196,12 @@ void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
 }
 
 void StepRun::Substep(double h) {
-  GatherForces();
   for (Mover& mover : movers_) BeginMover(mover);
   GatherFields(h);
   for (Mover& mover : movers_) KickMover(mover, h);
   RetireStrays();
   locked_.Begin(rows_);
   PrepareContacts(h);
-  for (uint32_t row = 0; row < state_.rows(); ++row) starts_[row] = state_.pose(EntityRow{row});
   Mark("kick");
   world_.engine_->Solve(h, rows_, state_, world_.contacts_, locked_.Write(world_.contacts_, joints_.Write(h)));
   Mark("solve");
@@ -225,8 +220,6 @@ void StepRun::Substep(double h) {
   CollideAndWake();
   PayReleased();
   ResolveImpacts(h, true);
-  locked_.DropVelocities();
-  FillRelativeVelocities();
 }
 
 void StepRun::MoveKinematic(double h) {

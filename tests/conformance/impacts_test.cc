@@ -97,7 +97,7 @@ TEST_P(Impacts, PassThroughACradle) {
     }
     Steps(*world, 240);
     for (size_t i = 0; i < 5; ++i) {
-      EXPECT_NEAR(VelocityOf(*world, balls[i]).x(), i == 4 ? 2 : 0, 1e-3) << "ball " << i << ", gap " << gap;
+      EXPECT_NEAR(VelocityOf(*world, balls[i]).x(), i == 4 ? 2 : 0, kRounding) << "ball " << i << ", gap " << gap;
     }
   }
 }
@@ -113,7 +113,7 @@ TEST_P(Impacts, LandOnTheFloorAndNotInIt) {
       ASSERT_GT(PositionOf(*world, crate).z(), 0.5 - kDepth) << "step " << i << " from " << height;
     }
     EXPECT_NEAR(PositionOf(*world, crate).z(), 0.5, kDepth);
-    EXPECT_LT(VelocityOf(*world, crate).norm(), 1e-6);
+    EXPECT_LT(VelocityOf(*world, crate).norm(), kRounding);
   }
 }
 
@@ -157,8 +157,8 @@ TEST_P(Impacts, AreToldWithTheImpulseThatPassed) {
   ASSERT_EQ(began.size(), 1u);
   ASSERT_EQ(began[0].points.size(), 1u);
   const double speed = std::sqrt(2 * kGravity);
-  EXPECT_NEAR(began[0].points[0].normal_impulse, 3 * 1.4 * speed, 1e-3 * speed);
-  EXPECT_NEAR(began[0].points[0].relative_velocity.z(), -speed, 1e-3 * speed);
+  EXPECT_NEAR(began[0].points[0].normal_impulse, 3 * 1.4 * speed, kHeightError * 3 * 1.4 * speed);
+  EXPECT_NEAR(began[0].points[0].relative_velocity.z(), -speed, kHeightError * speed);
 }
 
 TEST_P(Impacts, TakeTheSpeedOfWhatIsMovedByCommand) {

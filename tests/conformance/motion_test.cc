@@ -119,7 +119,8 @@ double PendulumError(const std::string& engine, double step_size, double time) {
 TEST_P(Motion, OfAPendulumIsOfSecondOrder) {
   const double coarse = PendulumError(GetParam(), 1.0 / 60, 2), fine = PendulumError(GetParam(), 1.0 / 240, 2);
   // Four times finer: sixteen times nearer, or more where errors of higher order cancel.
-  EXPECT_LT(coarse, 2e-3);
+  // Semi-implicit Euler is off by h / 2 times the speed, which at the bottom is sqrt(3 g l) / 2.
+  EXPECT_LT(coarse, 0.1 * (1.0 / 120) * std::sqrt(3 * kGravity) / 2);
   EXPECT_GT(std::log2(coarse / fine) / 2, 1.8);
 }
 
