@@ -87,9 +87,26 @@ struct HalfExtentOf {
   double operator()(const Heightfield& s) const { return s.data->cell_size; }
 };
 
+double FarthestCorner(const Bounds& box) { return box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs()).norm(); }
+
+struct RadiusOf {
+  double operator()(const Sphere& s) const { return s.radius; }
+  double operator()(const Box& s) const { return s.half_extents.norm(); }
+  double operator()(const Capsule& s) const { return s.half_length + s.radius; }
+  double operator()(const Cylinder& s) const { return std::hypot(s.half_length, s.radius); }
+  double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
+  double operator()(const Cone& s) const { return std::hypot(s.half_length, s.radius); }
+  double operator()(const Ellipsoid& s) const { return s.semi_axes.maxCoeff(); }
+  double operator()(const ConvexHull& s) const { return FarthestCorner({s.data->low, s.data->high}); }
+  double operator()(const TriangleMesh& s) const { return FarthestCorner(genphys::BoundsOf(*s.data)); }
+  double operator()(const Heightfield& s) const { return FarthestCorner(genphys::BoundsOf(*s.data)); }
+};
+
 }  // namespace
 
 Bounds BoundsOf(const Shape& shape, const Placement& placement) { return std::visit(BoundsAt{placement}, shape); }
+
+double BoundingRadius(const Shape& shape) { return std::visit(RadiusOf{}, shape); }
 
 double SmallestHalfExtent(const Shape& shape) { return std::visit(HalfExtentOf{}, shape); }
 

@@ -8,7 +8,7 @@ namespace genphys {
 namespace {
 
 // Radians per inner step at which the fourth-order error stays near rounding for the bodies of a step of 1/60 s.
-constexpr double kAngleMax = 0.8;
+constexpr double kAngleMax = 0.25;
 // Bounds the work for a body at the limits of spin and step size; beyond it accuracy is lost, not stability.
 constexpr int kInnerStepsMax = 4096;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.
@@ -16,15 +16,39 @@ constexpr double kNegligibleAngle = 1e-8;
 // The sine of an angle that is no more than rounding.
 constexpr double kParallel = 1e-14;
 
-Vector3 Spin(const Column4& q, const Vector3& momentum, const Matrix3& inverse_tensor) {
-  const Quaternion orientation = FromColumn(q).normalized();
-  return orientation * (inverse_tensor * (orientation.conjugate() * momentum));
+// The angular velocity in the frame of the body, whose orientation `q` may have any length.
+Vector3 BodySpin(const Column4& q, const Vector3& momentum, const Matrix3& inverse_tensor) {
+  const double w = q[0];
+  const Vector3 u = q.tail<3>();
+  const Vector3 turned = (w * w - u.squaredNorm()) * momentum + 2 * u.dot(momentum) * u - 2 * w * u.cross(momentum);
+  return inverse_tensor * (turned / q.squaredNorm());
 }
 
-// dq/dt = 1/2 w q, with w following from the conserved momentum.
+// dq/dt = 1/2 q w, with w, in the frame of the body, following from the conserved momentum.
 Column4 Rate(const Column4& q, const Vector3& momentum, const Matrix3& inverse_tensor) {
-  const Vector3 w = Spin(q, momentum, inverse_tensor);
-  return 0.5 * ToColumn(Quaternion(0, w.x(), w.y(), w.z()) * FromColumn(q));
+  const Vector3 spin = BodySpin(q, momentum, inverse_tensor);
+  const Vector3 u = q.tail<3>();
+  Column4 rate;
+  rate << -0.5 * u.dot(spin), 0.5 * (q[0] * spin + u.cross(spin));
+  return rate;
+}
+
+// After `h` seconds, by the classical method of fourth order.
+Column4 Stepped(const Column4& q, const Vector3& momentum, const Matrix3& inverse_tensor, double h) {
+  const Column4 k1 = Rate(q, momentum, inverse_tensor);
+  const Column4 k2 = Rate(q + h / 2 * k1, momentum, inverse_tensor);
+  const Column4 k3 = Rate(q + h / 2 * k2, momentum, inverse_tensor);
+  const Column4 k4 = Rate(q + h * k3, momentum, inverse_tensor);
+  return (q + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)).normalized();
+}
+
+bool IsAboutPrincipalAxis(const Vector3& momentum, const Vector3& spin) {
+  return momentum.cross(spin).norm() <= kParallel * momentum.norm() * spin.norm();
+}
+
+int CountSteps(const Vector3& spin, double time) {
+  const double steps = std::floor(spin.norm() * time / kAngleMax) + 1;
+  return static_cast<int>(std::min<double>(steps, kInnerStepsMax));
 }
 
 // The rotation vector of `turn` on the branch nearest to `expected`, which may exceed half a turn.
@@ -53,25 +77,36 @@ Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor) {
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
                      double time) {
   const Column4 start = ToColumn(orientation);
-  const Vector3 spin = Spin(start, momentum, inverse_tensor);
-  if (spin.norm() * time < kNegligibleAngle) return spin;
+  const auto spin_at = [&](const Column4& q) { return Vector3(FromColumn(q) * BodySpin(q, momentum, inverse_tensor)); };
+  const Vector3 spin = spin_at(start);
   // About a principal axis it goes on as it is.
-  if (momentum.cross(spin).norm() <= kParallel * momentum.norm() * spin.norm()) return spin;
-  const double steps = std::floor(spin.norm() * time / kAngleMax) + 1;
-  const int count = static_cast<int>(std::min<double>(steps, kInnerStepsMax));
+  if (spin.norm() * time < kNegligibleAngle || IsAboutPrincipalAxis(momentum, spin)) return spin;
+  const int count = CountSteps(spin, time);
   const double h = time / count;
   Column4 q = start;
   Vector3 expected = Vector3::Zero();
   for (int i = 0; i < count; ++i) {
-    expected += h * Spin(q, momentum, inverse_tensor);
-    const Column4 k1 = Rate(q, momentum, inverse_tensor);
-    const Column4 k2 = Rate(q + h / 2 * k1, momentum, inverse_tensor);
-    const Column4 k3 = Rate(q + h / 2 * k2, momentum, inverse_tensor);
-    const Column4 k4 = Rate(q + h * k3, momentum, inverse_tensor);
-    q += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-    q.normalize();
+    expected += h * spin_at(q);
+    q = Stepped(q, momentum, inverse_tensor, h);
   }
   return Logarithm(FromColumn(q) * orientation.conjugate(), expected) / time;
+}
+
+FreeRotation::FreeRotation(const Quaternion& before, const Vector3& spin_before, const MassProperties& mass,
+                           double time)
+    : orientation(before), spin(spin_before) {
+  const Matrix3 rotation = before.toRotationMatrix();
+  const Vector3 body_momentum = mass.tensor * (rotation.transpose() * spin_before);
+  const Vector3 momentum = rotation * body_momentum;
+  if (IsAboutPrincipalAxis(momentum, spin_before)) {
+    orientation = Turned(before, spin_before, time);
+    return;
+  }
+  const int count = CountSteps(spin_before, time);
+  Column4 q = ToColumn(before);
+  for (int i = 0; i < count; ++i) q = Stepped(q, momentum, mass.inverse_tensor, time / count);
+  orientation = FromColumn(q);
+  spin = orientation * BodySpin(q, momentum, mass.inverse_tensor);
 }
 
 }  // namespace genphys

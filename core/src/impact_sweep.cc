@@ -13,8 +13,8 @@ constexpr double kUnseenWay = 0.8;
 
 class Sweeper {
  public:
-  Sweeper(const ImpactWorld& world, BackendWorld& engine, double step_size)
-      : world_(world), engine_(engine), speed_(world, step_size) {}
+  Sweeper(const ImpactWorld& world, const NearPairs& near, double step_size)
+      : world_(world), near_(near), speed_(world, step_size) {}
 
   void Sweep(const FlownWay& way, std::vector<SweptPair>& swept) {
     const uint32_t row = Index(way.row);
@@ -36,7 +36,8 @@ class Sweeper {
                      const Vector3& translation, std::vector<SweptPair>& swept) {
     const Bounds bounds = BoundsOf(geometry.shape, start);
     found_.clear();
-    engine_.FindInBounds(bounds.Union({bounds.min + translation, bounds.max + translation}), found_);
+    near_.VisitBounds(bounds.Union({bounds.min + translation, bounds.max + translation}),
+                      [&](GeometryRow other) { found_.push_back(other); });
     std::sort(found_.begin(), found_.end(), [&](GeometryRow a, GeometryRow b) { return world_.rule.Before(a, b); });
     for (const GeometryRow other : found_) {
       if (world_.rule.Decide(own, other) != PairRule::Verdict::kCollide) continue;
@@ -75,16 +76,16 @@ class Sweeper {
   }
 
   const ImpactWorld& world_;
-  BackendWorld& engine_;
+  const NearPairs& near_;
   ImpactSpeed speed_;
   std::vector<GeometryRow> found_;
 };
 
 }  // namespace
 
-std::vector<SweptPair> FindSwept(const ImpactWorld& world, BackendWorld& engine, std::span<const FlownWay> ways,
+std::vector<SweptPair> FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways,
                                  double step_size) {
-  Sweeper sweeper(world, engine, step_size);
+  Sweeper sweeper(world, near, step_size);
   std::vector<SweptPair> swept;
   for (const FlownWay& way : ways) sweeper.Sweep(way, swept);
   return swept;

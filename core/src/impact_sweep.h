@@ -2,8 +2,8 @@
 #include <span>
 #include <vector>
 
-#include "genphys/backend.h"
 #include "impacts.h"
+#include "near_pairs.h"
 
 namespace genphys {
 
@@ -17,7 +17,7 @@ struct FlownWay {
 /// What the bodies of `ways` flew into on their ways and may be out of again, for those that went so far that the test
 /// at the end may have missed it. Geometries are taken along the chord of their way, without turning, and those that
 /// they meet along theirs.
-std::vector<SweptPair> FindSwept(const ImpactWorld& world, BackendWorld& engine, std::span<const FlownWay> ways,
+std::vector<SweptPair> FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways,
                                  double step_size);
 
 }  // namespace genphys

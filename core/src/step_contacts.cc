@@ -84,7 +84,7 @@ ImpactWorld StepRun::Surroundings() {
           world_.geometry_rows_, world_.active_, accelerations_, flew_};
 }
 
-void StepRun::ResolveImpacts(double h, bool after_move) {
+void StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> ways;
@@ -93,7 +93,7 @@ void StepRun::ResolveImpacts(double h, bool after_move) {
   }
   FillRelativeVelocities();
   for (int wave = 0; wave < kWavesMax; ++wave) {
-    const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.engine_, ways, h);
+    const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.near_, ways, h);
     if (!impacts.Solve(world_.contacts_, swept)) break;
     ways.clear();
     std::vector<EntityRow> rows;
@@ -104,8 +104,11 @@ void StepRun::ResolveImpacts(double h, bool after_move) {
     locked_.Finish();
     if (!rows.empty()) {
       world_.engine_->WriteState(rows, state_);
+      const size_t strays = faulted_.size();
       RetireStrays();
-      CollideAndWake();
+      for (const EntityRow row : rows) Place(row);
+      GroundMet(elapsed);
+      CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
     }
     FillRelativeVelocities();
   }

@@ -38,6 +38,8 @@ void StepRun::Report() {
   const EventKinds& kinds = world_.scene_.world.recorded_events;
   for (EntityId id : world_.woken_) events.push_back(EntityWoke{id});
   world_.woken_.clear();
+  for (const Flyer& flyer : flyers_) rows_.push_back(flyer.row);
+  std::sort(rows_.begin(), rows_.end());
   const std::vector<EntityRow> sleepers = RowsToSleep(world_.scene_, state_, rows_, world_.active_, step_size_, layer);
   world_.RememberTouches(sleepers);
   for (EntityRow row : sleepers) {
@@ -63,7 +65,7 @@ void StepRun::PutToSleep(EntityRow entity) {
   state_.net_forces.col(row).setZero();
   state_.net_torques.col(row).setZero();
   world_.layer_.half_steps[row].Forget();
-  world_.engine_->WriteState({&entity, 1}, state_);
+  world_.TellPose(entity);
   world_.UpdateActive(entity);
 }
 
@@ -71,7 +73,8 @@ void StepRun::FillStats() {
   if (!world_.record_stats_) return;
   world_.stats_.entities_asleep =
       static_cast<uint32_t>(std::count(state_.asleep.begin(), state_.asleep.end(), uint8_t{1}));
-  world_.stats_.entities_in_engine = static_cast<uint32_t>(rows_.size());
+  world_.stats_.entities_in_flight = static_cast<uint32_t>(flyers_.size());
+  world_.stats_.entities_in_engine = static_cast<uint32_t>(rows_.size() - flyers_.size());
   world_.stats_.pairs = static_cast<uint32_t>(world_.contacts_.pairs.size());
   world_.stats_.contacts = static_cast<uint32_t>(world_.contacts_.points.size());
 }

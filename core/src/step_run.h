@@ -52,14 +52,24 @@ class StepRun {
     Matrix3 inverse_tensor = Matrix3::Zero();
   };
 
+  // A dynamic body that nothing can meet in this step.
+  struct Flyer {
+    EntityRow row{};
+    Vector3 acceleration = Vector3::Zero();
+  };
+
   void Advance();
+  void RunEngine(uint32_t substeps);
   void CollectRows();
-  void CollideAndWake();
+  // Tells the layer where the entity's geometries are.
+  void Place(EntityRow row);
+  // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes.
+  void CollideAndWake(const std::vector<EntityRow>* moved);
   bool WakeTouched();
   bool WillTouch(const ContactPair& pair) const;
   void WakeCarried(std::vector<EntityRow>& carried) const;
   void FinishJoints();
-  void Substep(double h);
+  void Substep(double h, double elapsed);
   void MoveKinematic(double h);
   void Save(EntityRow row, bool asleep);
   void Restore();
@@ -69,6 +79,18 @@ class StepRun {
   void Retire(EntityRow row);
   void RetireStrays();
   void Mark(std::string_view stage);
+
+  // The flight lane (step_flight.cc).
+  bool MayFly(EntityRow row) const;
+  void MarkSteered();
+  Bounds RegionOf(EntityRow row, const Vector3& acceleration) const;
+  void ChooseFlyers();
+  void GroundThoseThatMeet();
+  void GroundMet(double elapsed);
+  void Ground(EntityRow row, double elapsed);
+  void ForgetGrounded();
+  void Fly(const Flyer& flyer, double time);
+  void FinishFlight();
 
   // Forces (step_kick.cc).
   void GatherForces();
@@ -87,7 +109,7 @@ class StepRun {
   void PrepareContacts(double h);
   void ShareImpulses(double h);
   // What met in the substep just done, or what a command made meet before the first one.
-  void ResolveImpacts(double h, bool after_move);
+  void ResolveImpacts(double h, double elapsed, bool after_move);
   ImpactWorld Surroundings();
 
   // What is told of the step (step_report.cc).
@@ -107,7 +129,10 @@ class StepRun {
   FieldForces fields_;
   std::vector<Saved> saved_;
   std::vector<Mover> movers_;
-  std::vector<EntityRow> rows_;            // of movers_, ascending
+  std::vector<EntityRow> rows_;  // of movers_, ascending; at the start of a step with those of flyers_
+  std::vector<Flyer> flyers_;
+  std::vector<uint8_t> flies_;             // by row: it is among flyers_
+  std::vector<uint8_t> steered_;           // by row: forces turn it or turn with it; empty without such forces
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
   std::vector<Wrench> wrenches_;           // of commands, by row; empty when nothing is applied at all
   std::vector<Wrench> field_wrenches_;     // of force fields, by row; empty without them
@@ -115,6 +140,7 @@ class StepRun {
   std::vector<uint8_t> flew_;              // by row: it was in flight before the solve
   std::vector<uint8_t> jointed_;           // by row: a joint holds it
   std::vector<uint8_t> held_;              // by row: something touches or holds it
+  std::vector<uint8_t> moved_;             // by row, since the last search for contacts
   std::vector<uint8_t> tested_;            // rows that were active in some Collide() of this step
   double last_substep_before_ = 0;
   StepTouches touches_;

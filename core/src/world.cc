@@ -4,9 +4,11 @@
 #include <utility>
 
 #include "cat.h"
+#include "genphys/bounds.h"
 #include "genphys/limits.h"
 #include "initial_world.h"
 #include "joint_step.h"
+#include "near_pairs.h"
 #include "sleeping.h"
 #include "state_hash.h"
 #include "validate.h"
@@ -19,6 +21,16 @@ EntityDesc GroundPlane() {
   ground.display_name = "ground";
   ground.rigid_body = RigidBody{.motion_type = MotionType::kStatic, .geometries = {Geometry{.shape = Plane{}}}};
   return ground;
+}
+
+// m, from the centre of mass to the farthest point.
+double ReachOf(const RigidBody& body, const Vector3& center_of_mass) {
+  double reach = 0;
+  for (const Geometry& geometry : body.geometries) {
+    const double arm = (geometry.pose_in_entity.position - center_of_mass).norm();
+    reach = std::max(reach, arm + BoundingRadius(geometry.shape));
+  }
+  return reach;
 }
 
 Status CheckWorld(const WorldDesc& desc) {
@@ -106,6 +118,7 @@ Status World::Diverged(std::string_view why) {
   faulted_ = true;
   // The engine is beyond use after a fault, and its columns were not taken over.
   engine_.reset();
+  near_.reset();
   contacts_.Clear();
   solved_.Clear();
   return Refuse(Reason::kDiverged, "",
@@ -146,9 +159,11 @@ void World::RebuildEngine() {
   contacts_.Clear();
   contacts_stale_ = true;
   engine_.reset();
+  near_.reset();
   backend_ = registry_.Find(scene_.world.engine);
   if (backend_ == nullptr) return;
   engine_ = backend_->CreateWorld(backend_->Resolve(scene_.world.stepper));
+  near_ = std::make_unique<NearPairs>();
   std::vector<EntityRow> rows;
   for (uint32_t row = 0; row < scene_.entities.size(); ++row) {
     if (scene_.entities[row] && scene_.entities[row]->desc->rigid_body) rows.push_back(EntityRow{row});
@@ -176,7 +191,11 @@ bool World::ShouldBeActive(EntityRow entity) const {
 
 void World::AddToEngine(EntityRow row) {
   const SceneEntity& entity = *scene_.entities[Index(row)];
-  engine_->AddBody({row, entity.id, *entity.desc->rigid_body, entity.mass, geometry_rows_[Index(row)]}, state_);
+  const RigidBody& body = *entity.desc->rigid_body;
+  engine_->AddBody({row, entity.id, body, entity.mass, geometry_rows_[Index(row)]}, state_);
+  near_->Add({body, geometry_rows_[Index(row)]}, state_.pose(row), true);
+  reaches_[Index(row)] = ReachOf(body, entity.mass.center_of_mass);
+  flown_[Index(row)] = false;
   active_[Index(row)] = true;
   UpdateActive(row);
 }
@@ -186,7 +205,18 @@ void World::UpdateActive(EntityRow row) {
   if (should == static_cast<bool>(active_[Index(row)])) return;
   active_[Index(row)] = should;
   contacts_stale_ = true;
-  if (engine_ != nullptr && scene_.entities[Index(row)]->desc->rigid_body) engine_->SetActive({&row, 1}, should);
+  const auto& body = scene_.entities[Index(row)]->desc->rigid_body;
+  if (engine_ == nullptr || !body) return;
+  engine_->SetActive({&row, 1}, should);
+  near_->SetActive({*body, geometry_rows_[Index(row)]}, should);
+}
+
+// Where the entity was put and how it moves now.
+void World::TellPose(EntityRow row) {
+  if (engine_ == nullptr) return;
+  flown_[Index(row)] = false;
+  engine_->WriteState({&row, 1}, state_);
+  near_->Place({*scene_.entities[Index(row)]->desc->rigid_body, geometry_rows_[Index(row)]}, state_.pose(row));
 }
 
 void World::Wake(EntityRow row) {
@@ -198,6 +228,7 @@ void World::Wake(EntityRow row) {
   // Something held it, or it would not have slept; whether that still does, the next solve tells.
   layer_.half_steps[Index(row)].in_flight = false;
   UpdateActive(row);
+  roused_.push_back(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);
 }
 

@@ -8,6 +8,7 @@
 #include "genphys/world.h"
 #include "initial_world.h"
 #include "locked_axes.h"
+#include "near_pairs.h"
 
 namespace genphys {
 namespace {
@@ -204,6 +205,8 @@ void World::Grow() {
   layer_.half_steps.resize(rows);
   layer_.faulted.resize(rows);
   active_.resize(rows);
+  reaches_.resize(rows);
+  flown_.resize(rows);
   state_.Resize(static_cast<uint32_t>(rows));
 }
 
@@ -249,9 +252,12 @@ void World::DetachBody(EntityRow entity) {
     }
   }
   layer_.touching = std::move(kept);
+  if (engine_ != nullptr) {
+    engine_->RemoveBody(entity);
+    near_->Remove(geometry_rows_[row]);
+  }
   rule_.Remove(geometry_rows_[row]);
   geometry_rows_[row].clear();
-  if (engine_ != nullptr) engine_->RemoveBody(entity);
   active_[row] = false;
   // Contact points name rows that are gone now.
   contacts_.Clear();
@@ -354,7 +360,7 @@ void World::SetVelocityNow(const SetVelocity& command) {
   if (command.angular) state_.angular_velocities.col(slot) = *command.angular;
   layer_.half_steps[slot].Restart();
   DropLockedOf(row);
-  if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
+  TellPose(row);
   WakeIslandOf(row);
   if (HasSpring(command.id)) WakeAll();
   UpdateActive(row);
@@ -378,7 +384,7 @@ void World::SetPoseNow(const SetPose& command) {
   if (!desc.rigid_body) return;
   layer_.half_steps[slot].Restart();
   Revive(row);
-  if (engine_ != nullptr) engine_->WriteState({&row, 1}, state_);
+  TellPose(row);
   contacts_stale_ = true;
   WakeNeighboursOf(row);
   WakeIslandOf(row);

@@ -6,6 +6,7 @@
 #include "genphys/world.h"
 #include "joint_step.h"
 #include "joints/check_joint.h"
+#include "near_pairs.h"
 
 namespace genphys {
 namespace {
@@ -132,13 +133,7 @@ void World::SetTouchable(const JointDesc& joint, bool touchable) {
   const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
   touchable ? rule_.Regard(a, b) : rule_.Disregard(a, b);
   contacts_stale_ = true;
-  if (engine_ == nullptr) return;
-  for (const EntityRow row : {a, b}) {
-    if (!scene_.entities[Index(row)]->desc->rigid_body) continue;
-    // Engines remember which pairs they have asked the rule about, but not of those who left and came back.
-    engine_->SetActive({&row, 1}, !active_[Index(row)]);
-    engine_->SetActive({&row, 1}, active_[Index(row)]);
-  }
+  if (near_ != nullptr) near_->Renew(geometry_rows_[Index(a)]);
 }
 
 void World::WakeJoined(const JointDesc& joint) {

@@ -8,6 +8,7 @@
 #include "genphys/proximity.h"
 #include "genphys/ray_cast.h"
 #include "genphys/world.h"
+#include "near_pairs.h"
 #include "validate.h"
 
 namespace genphys {
@@ -45,8 +46,9 @@ Status World::CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) c
 // In order of ids, so that nothing depends on the engine's order.
 std::vector<GeometryRow> World::RowsIn(const Bounds& bounds, uint64_t collides_with_bits) {
   std::vector<GeometryRow> rows;
-  engine_->FindInBounds(bounds, rows);
-  std::erase_if(rows, [&](GeometryRow row) { return !rule_.SeenByRay(row, collides_with_bits); });
+  near_->VisitBounds(bounds, [&](GeometryRow row) {
+    if (rule_.SeenByRay(row, collides_with_bits)) rows.push_back(row);
+  });
   std::sort(rows.begin(), rows.end(), [&](GeometryRow a, GeometryRow b) { return rule_.Before(a, b); });
   return rows;
 }
@@ -63,12 +65,26 @@ Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t 
   GENPHYS_RETURN_IF_ERROR(CheckQuery(Feature::kRayCasts));
   GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
   std::vector<RayHit> hits(rays.size());
-  try {
-    engine_->CastRays(rule_, rays, collides_with_bits, hits);
-  } catch (const EngineFault& fault) {
-    return Diverged(fault.what());
-  }
+  std::transform(rays.begin(), rays.end(), hits.begin(),
+                 [&](const Ray& ray) { return CastRay(ray, collides_with_bits); });
   return hits;
+}
+
+RayHit World::CastRay(const Ray& ray, uint64_t collides_with_bits) const {
+  RayHit best;
+  best.fraction = 1;
+  near_->VisitRay(ray, best.fraction, [&](GeometryRow row) {
+    if (!rule_.SeenByRay(row, collides_with_bits)) return;
+    const auto [geometry, placement] = Placed(row);
+    const auto hit =
+        EnterShape(geometry->shape, {placement.ToLocal(ray.origin), placement.rotation.transpose() * ray.translation});
+    if (!hit) return;
+    const EntityId id = rule_.info(row).entity_id;
+    // Of equally near ones the smaller id, whatever the order in which they are visited.
+    const bool is_better = best.entity.is_null() || std::tie(hit->fraction, id) < std::tie(best.fraction, best.entity);
+    if (is_better) best = {id, hit->fraction, placement.rotation * hit->normal};
+  });
+  return best.entity.is_null() ? RayHit{} : best;
 }
 
 Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<const Ray> rays,
@@ -76,18 +92,16 @@ Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<cons
   GENPHYS_RETURN_IF_ERROR(CheckQuery(Feature::kShapeQueries));
   GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
   std::vector<std::vector<RayEntry>> all(rays.size());
-  std::vector<GeometryRow> rows;
+  const double whole = 1;
   for (size_t i = 0; i < rays.size(); ++i) {
-    rows.clear();
-    engine_->FindOnSegment(rays[i], rows);
-    for (const GeometryRow row : rows) {
-      if (!rule_.SeenByRay(row, collides_with_bits)) continue;
+    near_->VisitRay(rays[i], whole, [&](GeometryRow row) {
+      if (!rule_.SeenByRay(row, collides_with_bits)) return;
       const auto [geometry, placement] = Placed(row);
       const Ray local{placement.ToLocal(rays[i].origin), placement.rotation.transpose() * rays[i].translation};
       const std::optional<SurfaceHit> hit = EnterShape(geometry->shape, local);
-      if (!hit) continue;
+      if (!hit) return;
       all[i].push_back({{rule_.info(row).entity_id, geometry->id}, hit->fraction, placement.rotation * hit->normal});
-    }
+    });
     std::sort(all[i].begin(), all[i].end(), [](const RayEntry& a, const RayEntry& b) {
       return std::tie(a.fraction, a.hit) < std::tie(b.fraction, b.hit);
     });

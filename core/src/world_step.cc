@@ -7,6 +7,7 @@
 #include "free_rotation.h"
 #include "genphys/limits.h"
 #include "initial_world.h"
+#include "near_pairs.h"
 #include "sleeping.h"
 #include "step_run.h"
 #include "validate.h"
@@ -105,41 +106,63 @@ void StepRun::AddMover(EntityRow row) {
 }
 
 void StepRun::Advance() {
+  world_.roused_.clear();
   tested_.assign(state_.rows(), false);
   accelerations_.assign(state_.rows(), Vector3::Zero());
   GatherForces();
   flew_.assign(state_.rows(), false);
   jointed_.assign(state_.rows(), false);
   joints_.MarkHeld(jointed_);
+  ChooseFlyers();
   last_substep_before_ = world_.layer_.last_substep;
   for (EntityRow row : rows_) Save(row, false);
   for (EntityRow row : kinematic_rows_) Save(row, false);
   for (EntityRow row : rows_) AddMover(row);
   const uint32_t substeps = world_.backend_->Resolve(world_.scene_.world.stepper).substeps;
   substep_ = step_size_ / substeps;
-  if (world_.contacts_stale_) CollideAndWake();
+  if (world_.contacts_stale_) CollideAndWake(nullptr);
+  if (rows_.empty() && kinematic_rows_.empty()) {
+    world_.solved_.Clear();
+  } else {
+    RunEngine(substeps);
+  }
+  FinishFlight();
+  CountForcesDown();
+}
+
+// What contacts, joints or command move, in the engine's lane.
+void StepRun::RunEngine(uint32_t substeps) {
   PayReleased();
-  ResolveImpacts(substep_, false);
-  for (uint32_t i = 0; i < substeps; ++i) Substep(substep_);
+  ResolveImpacts(substep_, 0, false);
+  for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);
   FinishNetForces();
   FinishJoints();
-  CountForcesDown();
 }
 
 void StepRun::FinishJoints() {
   for (JointId id : joints_.Finish(step_size_)) broken_.push_back(world_.Break(id));
 }
 
-void StepRun::CollideAndWake() {
+void StepRun::Place(EntityRow row) {
+  const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
+  world_.near_->Place({body, world_.geometry_rows_[Index(row)]}, state_.pose(row));
+}
+
+void StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
+  if (moved != nullptr) {
+    moved_.assign(state_.rows(), false);
+    for (EntityRow row : *moved) moved_[Index(row)] = true;
+  }
   do {
     for (uint32_t row = 0; row < state_.rows(); ++row) tested_[row] |= world_.active_[row];
-    world_.engine_->Collide(world_.rule_, world_.contacts_);
+    world_.near_->Collide(world_.rule_, *world_.engine_, moved == nullptr ? nullptr : &moved_, world_.contacts_);
     world_.contacts_stale_ = false;
+    // Who was woken is tested against all.
+    moved = nullptr;
   } while (WakeTouched());
   // Whoever was woken moves from here on.
-  for (uint32_t index = 0; index < state_.rows(); ++index) {
-    const EntityRow row{index};
-    if (!world_.active_[index] || !IsDynamic(row)) continue;
+  for (const EntityRow row : std::exchange(world_.roused_, {})) {
+    if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
     const auto place = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (place != rows_.end() && *place == row) continue;
     rows_.insert(place, row);
@@ -195,7 +218,7 @@ void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
   }
 }
 
-void StepRun::Substep(double h) {
+void StepRun::Substep(double h, double elapsed) {
   for (Mover& mover : movers_) BeginMover(mover);
   GatherFields(h);
   for (Mover& mover : movers_) KickMover(mover, h);
@@ -216,10 +239,13 @@ void StepRun::Substep(double h) {
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
   std::swap(world_.contacts_, world_.solved_);
+  for (EntityRow row : rows_) Place(row);
+  for (EntityRow row : kinematic_rows_) Place(row);
   Mark("layer");
-  CollideAndWake();
+  GroundMet(elapsed + h);
+  CollideAndWake(nullptr);
   PayReleased();
-  ResolveImpacts(h, true);
+  ResolveImpacts(h, elapsed + h, true);
 }
 
 void StepRun::MoveKinematic(double h) {
@@ -267,7 +293,7 @@ void StepRun::Retire(EntityRow entity) {
   state_.asleep[row] = true;
   world_.layer_.faulted[row] = true;
   world_.layer_.half_steps[row].Forget();
-  world_.engine_->WriteState({&entity, 1}, state_);
+  world_.TellPose(entity);
   world_.UpdateActive(entity);
   std::erase(rows_, entity);
   std::erase(kinematic_rows_, entity);

@@ -110,11 +110,10 @@ TEST(BallisticBackend, KeepsAUnitQuaternionThroughAMillionTurns) {
 
 TEST(BallisticBackend, FindsNoContacts) {
   Flight flight{MassProperties{}};
-  flight.contacts.pairs.emplace_back();
 
-  flight.world->Collide(PairRule(), flight.contacts);
+  flight.world->FindPoints(GeometryRow{0}, GeometryRow{1}, flight.contacts.points);
 
-  EXPECT_TRUE(flight.contacts.pairs.empty());
+  EXPECT_TRUE(flight.contacts.points.empty());
 }
 
 }  // namespace

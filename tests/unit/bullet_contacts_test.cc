@@ -237,8 +237,7 @@ TEST(BulletContacts, AreFoundForEveryPairOfManyThatMoveSleepAndGo) {
       bench.SetActive(balls[i], (i + round) % 3 != 0);
     }
     const size_t victim = static_cast<size_t>(7 * round) % balls.size();
-    bench.world->RemoveBody(balls[victim]);
-    std::erase(bench.moving, balls[victim]);
+    bench.Remove(balls[victim]);
     balls.erase(balls.begin() + static_cast<ptrdiff_t>(victim));
 
     bench.Collide();

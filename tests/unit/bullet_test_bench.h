@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/src/near_pairs.h"
 #include "genphys/backends/bullet.h"
 
 namespace genphys::bullet_test {
@@ -33,6 +34,9 @@ struct Bench {
     state.angular_velocities.col(Index(row)) = body.angular_velocity;
     const std::vector<GeometryRow> geometries = rule.Add(row, id, body);
     world->AddBody({.row = row, .id = id, .body = body, .mass = mass, .geometries = geometries}, state);
+    near.Add({body, geometries}, pose, true);
+    bodies.resize(state.rows());
+    bodies[Index(row)] = {body, geometries};
     if (is_dynamic) SetMoving(row, true);
   }
 
@@ -47,23 +51,33 @@ struct Bench {
     return body;
   }
 
+  void Remove(EntityRow row) {
+    world->RemoveBody(row);
+    near.Remove(bodies[Index(row)].geometries);
+    rule.Remove(bodies[Index(row)].geometries);
+    SetMoving(row, false);
+  }
+
   void SetActive(EntityRow row, bool active) {
     world->SetActive({&row, 1}, active);
+    near.SetActive(member(row), active);
     SetMoving(row, active);
   }
 
   void Put(EntityRow row, const Pose& pose) {
     state.set_pose(row, pose);
     world->WriteState({&row, 1}, state);
+    Place(row);
   }
 
-  void Collide() { world->Collide(rule, contacts); }
+  void Collide() { near.Collide(rule, *world, nullptr, contacts); }
 
   /// Solves for `h` seconds what the last Collide() found, under gravity.
   void Solve(double h = kStep) {
     for (const EntityRow row : moving) state.linear_velocities.col(Index(row)) += h * gravity;
     for (ContactPoint& point : contacts.points) point.friction = friction;
     world->Solve(h, moving, state, contacts, {});
+    for (const EntityRow row : moving) Place(row);
   }
 
   void Run(int steps, double h = kStep) {
@@ -71,13 +85,6 @@ struct Bench {
       Collide();
       Solve(h);
     }
-  }
-
-  RayHit Cast(const Vector3& origin, const Vector3& translation, uint64_t bits = ~uint64_t{0}) {
-    const Ray ray{origin, translation};
-    RayHit hit;
-    world->CastRays(rule, {&ray, 1}, bits, {&hit, 1});
-    return hit;
   }
 
   double NormalImpulse() const {
@@ -97,8 +104,15 @@ struct Bench {
   Vector3 spin(EntityRow row) const { return state.angular_velocities.col(Index(row)); }
   EntityId id(EntityRow row) const { return state.ids[Index(row)]; }
 
+  struct Added {
+    RigidBody body;
+    std::vector<GeometryRow> geometries;
+  };
+
   std::unique_ptr<Backend> backend;
   std::unique_ptr<BackendWorld> world;
+  NearPairs near;
+  std::vector<Added> bodies;  // by row
   StateArrays state;
   PairRule rule;
   ContactBuffer contacts;
@@ -107,6 +121,8 @@ struct Bench {
   double friction = 0.5;
 
  private:
+  NearPairs::Member member(EntityRow row) const { return {bodies[Index(row)].body, bodies[Index(row)].geometries}; }
+  void Place(EntityRow row) { near.Place(member(row), state.pose(row)); }
   void SetMoving(EntityRow row, bool is_moving) {
     std::erase(moving, row);
     if (is_moving) moving.insert(std::lower_bound(moving.begin(), moving.end(), row), row);

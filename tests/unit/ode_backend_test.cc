@@ -289,20 +289,6 @@ TEST(OdeBackend, LetsAnInactiveBodyCarryAnActiveOne) {
   EXPECT_NEAR(bench.position(box).z(), 1.5, kRestError);
 }
 
-TEST(OdeBackend, FindsABodyWhereItWasPut) {
-  Bench bench;
-  const EntityRow ball = bench.Add(kUnitBall, {0, 0, 0});
-  for (const bool active : {true, false}) {
-    bench.SetActive(ball, active);
-    const double x = active ? 100 : -100;
-
-    bench.Move(ball, {x, 0, 0});
-
-    EXPECT_EQ(bench.Cast({x, 0, 5}, {0, 0, -10}).entity, bench.id(ball));
-    EXPECT_TRUE(bench.Cast({0, 0, 5}, {0, 0, -10}).entity.is_null());
-  }
-}
-
 /// A heap of boxes and balls with enough contacts for the solver to draw random numbers.
 void BuildHeap(Bench& bench) {
   bench.AddGround();
@@ -339,7 +325,7 @@ TEST(OdeBackend, GivesTheSameBitsWhateverWasThereBefore) {
   for (int i = 0; i < 100; ++i) {
     const EntityRow guest = used.Add(kUnitBall, {100, 0, 10.0 * i});
     used.moving.pop_back();
-    used.world().RemoveBody(guest);
+    used.Remove(guest);
   }
   const std::vector<EntityRow> all = used.moving;
   for (EntityRow row : all) used.SetActive(row, false);

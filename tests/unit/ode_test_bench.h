@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/src/near_pairs.h"
 #include "genphys/backends/ode.h"
 
 namespace genphys::ode_test {
@@ -34,7 +35,16 @@ class Bench {
     }
     const auto geometries = rule.Add(row, id, body);
     world_->AddBody({.row = row, .id = id, .body = body, .mass = mass, .geometries = geometries}, state);
+    near_.Add({body, geometries}, pose, true);
+    bodies_.push_back({body, geometries});
     return row;
+  }
+
+  void Remove(EntityRow row) {
+    world_->RemoveBody(row);
+    near_.Remove(bodies_[Index(row)].geometries);
+    rule.Remove(bodies_[Index(row)].geometries);
+    std::erase(moving, row);
   }
 
   EntityRow Add(const Shape& shape, const Vector3& position, MotionType motion_type = MotionType::kDynamic) {
@@ -54,7 +64,7 @@ class Bench {
     return body;
   }
 
-  void Collide() { world_->Collide(rule, contacts); }
+  void Collide() { near_.Collide(rule, *world_, nullptr, contacts); }
 
   void Step(double h = kStep) {
     Collide();
@@ -63,21 +73,16 @@ class Bench {
       for (uint32_t i = 0; i < pair.point_count; ++i) contacts.points[pair.first_point + i].friction = friction;
     }
     world_->Solve(h, moving, state, contacts, {});
+    for (EntityRow row : moving) Place(row);
   }
 
   void Run(double seconds) {
     for (double t = 0; t < seconds; t += kStep) Step();
   }
 
-  RayHit Cast(const Vector3& origin, const Vector3& translation) {
-    const Ray ray{origin, translation};
-    RayHit hit;
-    world_->CastRays(rule, {&ray, 1}, ~uint64_t{0}, {&hit, 1});
-    return hit;
-  }
-
   void SetActive(EntityRow row, bool active) {
     world_->SetActive({&row, 1}, active);
+    near_.SetActive(member(row), active);
     std::erase(moving, row);
     if (active) moving.insert(std::lower_bound(moving.begin(), moving.end(), row), row);
   }
@@ -85,6 +90,7 @@ class Bench {
   void Move(EntityRow row, const Vector3& position) {
     state.positions.col(Index(row)) = position;
     world_->WriteState({&row, 1}, state);
+    Place(row);
   }
 
   Vector3 position(EntityRow row) const { return state.positions.col(Index(row)); }
@@ -100,8 +106,18 @@ class Bench {
   double friction = 0.5;
 
  private:
+  struct Added {
+    RigidBody body;
+    std::vector<GeometryRow> geometries;
+  };
+
+  NearPairs::Member member(EntityRow row) const { return {bodies_[Index(row)].body, bodies_[Index(row)].geometries}; }
+  void Place(EntityRow row) { near_.Place(member(row), state.pose(row)); }
+
   std::unique_ptr<Backend> backend_;
   std::unique_ptr<BackendWorld> world_;
+  NearPairs near_;
+  std::vector<Added> bodies_;  // by row
 };
 
 const Box kUnitBox{{0.5, 0.5, 0.5}};

@@ -68,13 +68,18 @@ TEST(WireWorld, ListsTheFeaturesOfAnEngineInOrder) {
 }
 
 TEST(WireWorld, TellsWhereAStepWent) {
-  const StepStats stats{
-      .entities_asleep = 1, .entities_in_engine = 2, .pairs = 3, .contacts = 4, .stages = {{"solve", 5}, {"sort", 6}}};
+  const StepStats stats{.entities_asleep = 1,
+                        .entities_in_flight = 7,
+                        .entities_in_engine = 2,
+                        .pairs = 3,
+                        .contacts = 4,
+                        .stages = {{"solve", 5}, {"sort", 6}}};
   v1::StepStats encoded;
 
   EncodeStats(stats, &encoded);
 
   EXPECT_EQ(encoded.entities_asleep(), 1u);
+  EXPECT_EQ(encoded.entities_in_flight(), 7u);
   EXPECT_EQ(encoded.entities_in_engine(), 2u);
   EXPECT_EQ(encoded.pairs_tested(), 3u);
   EXPECT_EQ(encoded.contacts(), 4u);

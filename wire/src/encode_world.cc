@@ -48,6 +48,7 @@ void EncodeWorld(const WorldDesc& desc, std::string_view name, v1::World::State 
 
 void EncodeStats(const StepStats& stats, v1::StepStats* out) {
   out->set_entities_asleep(stats.entities_asleep);
+  out->set_entities_in_flight(stats.entities_in_flight);
   out->set_entities_in_engine(stats.entities_in_engine);
   out->set_pairs_tested(stats.pairs);
   out->set_contacts(stats.contacts);

@@ -33,8 +33,4 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   }
 }
 
-void World::CastRays(const PairRule&, std::span<const Ray>, uint64_t, std::span<RayHit> hits) {
-  std::fill(hits.begin(), hits.end(), RayHit{});
-}
-
 }  // namespace genphys::ballistic_backend

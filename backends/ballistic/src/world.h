@@ -21,11 +21,7 @@ class World final : public BackendWorld {
   void WriteState(std::span<const EntityRow>, const StateArrays&) override {}
   void SetStepper(const StepperSettings&) override {}
 
-  void Collide(const PairRule&, ContactBuffer& contacts) override { contacts.Clear(); }
-  void CastRays(const PairRule&, std::span<const Ray> rays, uint64_t collides_with_bits,
-                std::span<RayHit> hits) override;
-  void FindOnSegment(const Ray&, std::vector<GeometryRow>&) override {}
-  void FindInBounds(const Bounds&, std::vector<GeometryRow>&) override {}
+  void FindPoints(GeometryRow, GeometryRow, std::vector<ContactPoint>&) override {}
   void SaveState(std::string&) const override {}
 
  private:

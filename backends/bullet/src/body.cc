@@ -53,6 +53,7 @@ void Body::TakePose(const StateArrays& state) {
     throw EngineFault(absl::StrCat("the pose of entity ", id.packed(), " is not finite"));
   }
   pose = state.pose(row);
+  is_moved = true;
 }
 
 void Body::PlaceGeometries() {
@@ -60,8 +61,6 @@ void Body::PlaceGeometries() {
   for (PlacedGeometry& geometry : geometries) {
     geometry.placement.position = entity.Transform(geometry.pose_in_entity.position);
     geometry.placement.rotation = entity.rotation * geometry.pose_in_entity.orientation.toRotationMatrix();
-    // Half of the gap on either side of a pair.
-    geometry.bounds = BoundsOf(geometry.collision.shape, geometry.placement).Widened(kContactGap / 2);
   }
 }
 

@@ -7,14 +7,11 @@
 #include "genphys/backend.h"
 #include "shapes.h"
 
-class btDbvt;
-struct btDbvtNode;
-
 namespace genphys::bullet_backend {
 
 struct Body;
 
-/// One geometry where it now is. It never changes its address, for the trees point to it.
+/// One geometry where it now is. It never changes its address, for others point to it.
 struct PlacedGeometry {
   Body* body = nullptr;
   GeometryRow row{};
@@ -22,11 +19,6 @@ struct PlacedGeometry {
   Pose pose_in_entity;
   CollisionShape collision;
   Placement placement;
-  Bounds bounds;
-  btDbvt* tree = nullptr;  // that its leaf is in
-  btDbvtNode* leaf = nullptr;
-
-  bool is_plane() const { return std::holds_alternative<Plane>(collision.shape); }
 };
 
 /// What the solver found for a body.

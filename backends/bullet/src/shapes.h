@@ -6,12 +6,13 @@
 
 #include "convert.h"
 #include "genphys/bounds.h"
+#include "genphys/contact.h"
 #include "genphys/shape.h"
 
 namespace genphys::bullet_backend {
 
 /// m: pairs with a larger gap have no contact point.
-inline constexpr double kContactGap = 2e-3;
+inline constexpr double kContactGap = kContactGapMax;
 
 /// m: by this much the boxes of Bullet's box test are larger than the true ones on each side, so that it also sees
 /// boxes that touch without overlap.

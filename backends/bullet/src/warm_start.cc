@@ -1,6 +1,7 @@
 #include "warm_start.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace genphys::bullet_backend {
@@ -9,9 +10,12 @@ namespace {
 // m: a point that is farther from where one was is another point.
 constexpr double kSamePoint = 0.02;
 
-CandidatePair KeyOf(const PairMemory& memory) { return {memory.a, memory.b}; }
-
-bool ComesBefore(const PairMemory& x, const PairMemory& y) { return bullet_backend::ComesBefore(KeyOf(x), KeyOf(y)); }
+// Canonical order, as ContactBuffer has it.
+template <typename X, typename Y>
+bool ComesBefore(const X& x, const Y& y) {
+  return std::tie(x.a->body->id, x.b->body->id, x.a->id, x.b->id) <
+         std::tie(y.a->body->id, y.b->body->id, y.a->id, y.b->id);
+}
 
 // Neither side moves, so that the pair is not looked at.
 bool IsResting(const PairMemory& memory) { return !memory.a->body->is_moving() && !memory.b->body->is_moving(); }
@@ -55,8 +59,8 @@ void WarmStart::Begin() {
   std::sort(before_.begin(), before_.end(), [](const auto& x, const auto& y) { return ComesBefore(x, y); });
 }
 
-void WarmStart::Add(const CandidatePair& pair, std::span<const ContactPoint> points) {
-  while (next_before_ < before_.size() && bullet_backend::ComesBefore(KeyOf(before_[next_before_]), pair)) {
+void WarmStart::Add(const MeetingPair& pair, std::span<const ContactPoint> points) {
+  while (next_before_ < before_.size() && ComesBefore(before_[next_before_], pair)) {
     PassOver(before_[next_before_++]);
   }
   PairMemory* old = nullptr;

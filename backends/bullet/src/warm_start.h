@@ -4,11 +4,17 @@
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
-#include "broad_phase.h"
+#include "body.h"
 #include "contacts.h"
 #include "genphys/contact.h"
 
 namespace genphys::bullet_backend {
+
+/// Two geometries that meet.
+struct MeetingPair {
+  PlacedGeometry* a = nullptr;
+  PlacedGeometry* b = nullptr;
+};
 
 /// What a contact point passed on to b, N*s, world.
 struct PointImpulse {
@@ -36,7 +42,7 @@ class WarmStart {
   void Begin();
 
   /// Adds the next pair, in canonical order, with impulses from where its points were before.
-  void Add(const CandidatePair& pair, std::span<const ContactPoint> points);
+  void Add(const MeetingPair& pair, std::span<const ContactPoint> points);
 
   /// Ends the list. What was not met again is forgotten, unless both sides rest and nobody has looked.
   void End();

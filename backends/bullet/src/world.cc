@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "genphys/ray_cast.h"
 
 namespace genphys::bullet_backend {
 namespace {
@@ -33,88 +32,52 @@ void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
   const auto row = Index(desc.row);
   if (row >= bodies_.size()) bodies_.resize(row + 1);
   bodies_[row] = std::make_unique<Body>(desc, state);
-  bodies_[row]->PlaceGeometries();
-  broad_phase_.Add(*bodies_[row]);
+  for (PlacedGeometry& geometry : bodies_[row]->geometries) {
+    if (Index(geometry.row) >= geometries_.size()) geometries_.resize(Index(geometry.row) + 1);
+    geometries_[Index(geometry.row)] = &geometry;
+  }
 }
 
 void World::RemoveBody(EntityRow row) {
-  broad_phase_.Remove(body(row));
   warm_start_.Forget(body(row));
-  std::erase(moved_, &body(row));
+  for (const PlacedGeometry& geometry : body(row).geometries) geometries_[Index(geometry.row)] = nullptr;
   bodies_[Index(row)].reset();
 }
 
 void World::SetActive(std::span<const EntityRow> rows, bool active) {
-  for (const EntityRow row : rows) {
-    body(row).is_active = active;
-    broad_phase_.Refile(body(row));
-  }
+  for (const EntityRow row : rows) body(row).is_active = active;
   if (active) warm_start_.Wake();
 }
 
 void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
-  for (const EntityRow row : rows) {
-    body(row).TakePose(state);
-    MarkMoved(body(row));
-  }
+  for (const EntityRow row : rows) body(row).TakePose(state);
 }
 
-void World::MarkMoved(Body& body) {
-  if (!body.is_moved) moved_.push_back(&body);
-  body.is_moved = true;
-}
-
-void World::PlaceMoved() {
-  for (Body* body : moved_) {
-    body->PlaceGeometries();
-    broad_phase_.Update(*body);
-    body->is_moved = false;
-  }
-  moved_.clear();
-}
-
-void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
-  PlaceMoved();
-  broad_phase_.FindPairs(rule, candidates_);
-  contacts.Clear();
-  warm_start_.Begin();
+void World::FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) {
+  PlacedGeometry& first = geometry(a);
+  PlacedGeometry& second = geometry(b);
   Manifold meeting;
-  for (const CandidatePair& candidate : candidates_) {
-    const PlacedGeometry& a = *candidate.a;
-    const PlacedGeometry& b = *candidate.b;
-    FindMeeting(a.collision, a.placement, b.collision, b.placement, meeting);
-    if (meeting.count == 0) continue;
-    contacts.pairs.push_back({.entity_a = a.body->row,
-                              .entity_b = b.body->row,
-                              .geometry_a = a.row,
-                              .geometry_b = b.row,
-                              .material = rule.Mixed(a.row, b.row),
-                              .correction = rule.Correction(a.row, b.row),
-                              .is_sensor = candidate.is_sensor,
-                              .first_point = static_cast<uint32_t>(contacts.points.size()),
-                              .point_count = static_cast<uint32_t>(meeting.count)});
-    for (int i = 0; i < meeting.count; ++i) {
-      const MeetingPoint& point = meeting.points[static_cast<size_t>(i)];
-      contacts.points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});
-    }
-    warm_start_.Add(candidate, PointsOf(contacts.pairs.back(), contacts));
+  FindMeeting(first.collision, first.placement, second.collision, second.placement, meeting);
+  for (int i = 0; i < meeting.count; ++i) {
+    const MeetingPoint& point = meeting.points[static_cast<size_t>(i)];
+    points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});
   }
-  warm_start_.End();
+}
+
+// Only what is near something is ever asked for, so that geometries follow their body when they are.
+PlacedGeometry& World::geometry(GeometryRow row) {
+  PlacedGeometry& geometry = *geometries_[Index(row)];
+  if (std::exchange(geometry.body->is_moved, false)) geometry.body->PlaceGeometries();
+  return geometry;
 }
 
 void World::Recall(const ContactBuffer& solved) {
-  const auto find = [&](EntityRow row, GeometryRow geometry) {
-    for (PlacedGeometry& placed : body(row).geometries) {
-      if (placed.row == geometry) return &placed;
-    }
-    throw EngineFault("a contact to recall names a geometry that is not there");
-  };
   warm_start_.Begin();
   for (const ContactPair& pair : solved.pairs) {
     if (pair.is_sensor) continue;
     const auto points = std::span(solved.points).subspan(pair.first_point, pair.point_count);
-    const CandidatePair key{find(pair.entity_a, pair.geometry_a), find(pair.entity_b, pair.geometry_b)};
-    warm_start_.Add(key, points.first(std::min<size_t>(points.size(), Manifold::kPointsPerNormal)));
+    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)},
+                    points.first(std::min<size_t>(points.size(), Manifold::kPointsPerNormal)));
     PairMemory& memory = warm_start_.pairs().back();
     for (size_t i = 0; i < memory.impulses.size(); ++i) {
       memory.impulses[i] = {points[i].normal_impulse, points[i].friction_impulse, Vector3::Zero()};
@@ -124,9 +87,7 @@ void World::Recall(const ContactBuffer& solved) {
 
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
-  if (contacts.pairs.size() != warm_start_.pairs().size()) {
-    throw EngineFault("the contacts are not those of the last collision test");
-  }
+  RecogniseContacts(contacts);
   ++solve_stamp_;
   for (const EntityRow row : rows) body(row).solve_stamp = solve_stamp_;
   for (ContactPoint& point : contacts.points) {
@@ -140,6 +101,14 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   }
   SolveGroup(Islands::kNone, step_size, warm_scale, state, contacts, joint_rows);
   for (const EntityRow row : rows) Move(body(row), step_size, state);
+}
+
+void World::RecogniseContacts(ContactBuffer& contacts) {
+  warm_start_.Begin();
+  for (const ContactPair& pair : contacts.pairs) {
+    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, PointsOf(pair, contacts));
+  }
+  warm_start_.End();
 }
 
 bool World::IsDirect(const Islands::Island& island) const {
@@ -236,40 +205,7 @@ void World::Move(Body& body, double step_size, StateArrays& state) {
   state.linear_velocities.col(row) = motion.linear_velocity;
   state.angular_velocities.col(row) = motion.angular_velocity;
   state.set_pose(body.row, body.pose);
-  MarkMoved(body);
-}
-
-void World::CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
-                     std::span<RayHit> hits) {
-  PlaceMoved();
-  for (size_t i = 0; i < rays.size(); ++i) {
-    RayHit& closest = hits[i] = RayHit{};
-    broad_phase_.FindOnSegment(rays[i].origin, rays[i].origin + rays[i].translation, near_ray_);
-    for (const PlacedGeometry* geometry : near_ray_) {
-      if (!rule.SeenByRay(geometry->row, collides_with_bits)) continue;
-      const Placement& placement = geometry->placement;
-      const std::optional<SurfaceHit> hit =
-          EnterShape(geometry->collision.shape,
-                     {placement.ToLocal(rays[i].origin), placement.rotation.transpose() * rays[i].translation});
-      if (!hit) continue;
-      const EntityId id = geometry->body->id;
-      const bool is_closer = closest.entity.is_null() || hit->fraction < closest.fraction ||
-                             (hit->fraction == closest.fraction && id < closest.entity);
-      if (is_closer) closest = {.entity = id, .fraction = hit->fraction, .normal = placement.rotation * hit->normal};
-    }
-  }
-}
-
-void World::FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) {
-  PlaceMoved();
-  broad_phase_.FindOnSegment(segment.origin, segment.origin + segment.translation, near_ray_);
-  for (const PlacedGeometry* geometry : near_ray_) found.push_back(geometry->row);
-}
-
-void World::FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) {
-  PlaceMoved();
-  broad_phase_.FindInBounds(bounds, near_ray_);
-  for (const PlacedGeometry* geometry : near_ray_) found.push_back(geometry->row);
+  body.is_moved = true;
 }
 
 }  // namespace genphys::bullet_backend

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "broad_phase.h"
+#include "body.h"
 #include "contact_solver.h"
 #include "genphys/backend.h"
 #include "genphys/islands.h"
@@ -11,7 +11,7 @@
 
 namespace genphys::bullet_backend {
 
-/// A world on Bullet. The library's trees, detectors and solver are used, and none of its worlds, dispatchers and
+/// A world on Bullet. The library's detectors and solver are used, and none of its worlds, dispatchers, trees and
 /// pools: what it gives depends on the columns, the active set and the saved impulses alone, not on how these came
 /// about.
 class World final : public BackendWorld {
@@ -26,20 +26,16 @@ class World final : public BackendWorld {
     settings_ = settings;
     solver_.SetIterations(settings.iterations);
   }
-  void Collide(const PairRule& rule, ContactBuffer& contacts) override;
+  void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) override;
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved) override;
-  void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
-                std::span<RayHit> hits) override;
-  void FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) override;
-  void FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) override;
   void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
 
  private:
   Body& body(EntityRow row) { return *bodies_[Index(row)]; }
-  void MarkMoved(Body& body);
-  void PlaceMoved();
+  PlacedGeometry& geometry(GeometryRow row);
+  void RecogniseContacts(ContactBuffer& contacts);
   Body* Load(Body& body, const StateArrays& state);
   bool IsDirect(const Islands::Island& island) const;
   // The contacts and rows of one island, or with kNone of all those that are not solved all at once.
@@ -52,19 +48,16 @@ class World final : public BackendWorld {
   void Move(Body& body, double step_size, StateArrays& state);
 
   std::vector<std::unique_ptr<Body>> bodies_;  // by entity row
-  std::vector<Body*> moved_;                   // whose geometries are not yet at their poses
-  BroadPhase broad_phase_;
+  std::vector<PlacedGeometry*> geometries_;    // by geometry row
   ContactSolver solver_;
-  WarmStart warm_start_;  // its pairs are those of the last Collide()
+  WarmStart warm_start_;  // its pairs are those of the last Solve()
   uint64_t solve_stamp_ = 0;
   uint64_t group_stamp_ = 0;
   StepperSettings settings_;
   Islands islands_;
 
   // Kept between calls for their memory only.
-  std::vector<CandidatePair> candidates_;
   std::vector<size_t> solved_pairs_;  // in the contact buffer, by number in the solver
-  std::vector<const PlacedGeometry*> near_ray_;
 };
 
 }  // namespace genphys::bullet_backend

@@ -61,8 +61,6 @@ PlacedShape::PlacedShape(EntityRow entity, const Geometry& geometry)
       geom_(std::visit([this](const auto& s) { return Create(s, skin_); }, shape_)) {}
 
 void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) {
-  // What is not finite would spoil the tree of boxes, and ODE only notices some of it.
-  if (!position.allFinite() || !orientation.coeffs().allFinite()) throw EngineFault("ODE: a pose is not finite");
   position_ = position;
   rotation_ = orientation.toRotationMatrix();
   if (!is_at_entity_) {
@@ -70,8 +68,9 @@ void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) 
     rotation_ *= rotation_in_entity_;
   }
   if (is_plane()) {
-    const BroadPhase::HalfSpace plane = half_space();
-    dGeomPlaneSetParams(geom(), plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.offset + skin_);
+    const Plane& plane = std::get<Plane>(shape_);
+    const Vector3 normal = rotation_ * plane.normal;
+    dGeomPlaneSetParams(geom(), normal.x(), normal.y(), normal.z(), plane.offset + normal.dot(position_) + skin_);
     return;
   }
   if (geom_ == nullptr) return;
@@ -86,22 +85,6 @@ void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) 
 double PlacedShape::Skin(const Vector3& normal) const {
   const Vector3 in_shape = rotation_.transpose() * normal;
   return skin_ * std::visit([&](const auto& s) { return PutOut(s, in_shape); }, shape_);
-}
-
-BroadPhase::HalfSpace PlacedShape::half_space() const {
-  const Plane& plane = std::get<Plane>(shape_);
-  const Vector3 normal = rotation_ * plane.normal;
-  return {normal, plane.offset + normal.dot(position_)};
-}
-
-Aabb PlacedShape::box() const {
-  if (geom_ == nullptr) {
-    const Bounds bounds = BoundsOf(shape_, placement()).Widened(skin_);
-    return {bounds.min, bounds.max};
-  }
-  dReal bounds[6];
-  dGeomGetAABB(geom(), bounds);
-  return {{bounds[0], bounds[2], bounds[4]}, {bounds[1], bounds[3], bounds[5]}};
 }
 
 }  // namespace genphys::ode_backend

@@ -1,8 +1,8 @@
 #pragma once
 #include <memory>
 
-#include "broad_phase.h"
 #include "genphys/entity.h"
+#include "genphys/ids.h"
 #include "genphys/placement.h"
 
 struct dxGeom;
@@ -41,10 +41,6 @@ class PlacedShape {
   double Skin(const Vector3& normal) const;
 
   bool is_plane() const { return std::holds_alternative<Plane>(shape_); }
-  /// The plane without its skin, world. Only for a plane.
-  BroadPhase::HalfSpace half_space() const;
-  /// Bounds with the skin. Not for a plane.
-  Aabb box() const;
 
  private:
   EntityRow entity_{};

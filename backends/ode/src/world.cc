@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "contacts.h"
-#include "genphys/ray_cast.h"
 #include "library.h"
 
 namespace genphys::ode_backend {
@@ -37,106 +36,50 @@ void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
   }
   body.geometries.assign(desc.geometries.begin(), desc.geometries.end());
 
-  const Pose pose = state.pose(desc.row);
   for (size_t i = 0; i < desc.geometries.size(); ++i) {
     const GeometryRow row = desc.geometries[i];
     if (Index(row) >= shapes_.size()) shapes_.resize(Index(row) + 1);
-    PlacedShape& shape = shapes_[Index(row)];
-    shape = PlacedShape(desc.row, desc.body.geometries[i]);
-    shape.Place(pose.position, pose.orientation);
-    if (shape.is_plane()) {
-      broad_phase_.AddHalfSpace(row, shape.half_space());
-    } else {
-      broad_phase_.Add(row, shape.box(), body.motion_type != MotionType::kStatic);
-    }
+    shapes_[Index(row)] = PlacedShape(desc.row, desc.body.geometries[i]);
   }
+  Move(body, state.pose(desc.row));
 }
 
 void World::RemoveBody(EntityRow row) {
-  for (GeometryRow geometry : bodies_[Index(row)].geometries) {
-    broad_phase_.Remove(geometry);
-    shapes_[Index(geometry)] = PlacedShape();
-  }
+  for (GeometryRow geometry : bodies_[Index(row)].geometries) shapes_[Index(geometry)] = PlacedShape();
   bodies_[Index(row)] = Body{};
 }
 
 void World::SetActive(std::span<const EntityRow> rows, bool active) {
-  for (EntityRow row : rows) {
-    Body& body = bodies_[Index(row)];
-    if (body.is_active == active) continue;
-    body.is_active = active;
-    if (body.motion_type == MotionType::kStatic) continue;
-    for (GeometryRow geometry : body.geometries) broad_phase_.SetMoving(geometry, active);
-  }
+  for (EntityRow row : rows) bodies_[Index(row)].is_active = active;
 }
 
 void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
-  PrepareThread();
   // Solve() takes velocities and centres of mass from the columns, so only the geometries have to follow here.
-  for (EntityRow row : rows) {
-    const Pose pose = state.pose(row);
-    Place(bodies_[Index(row)], pose.position, pose.orientation);
-  }
+  for (EntityRow row : rows) Move(bodies_[Index(row)], state.pose(row));
 }
 
-void World::Place(const Body& body, const Vector3& position, const Quaternion& orientation) {
-  for (GeometryRow row : body.geometries) {
-    PlacedShape& shape = shapes_[Index(row)];
-    shape.Place(position, orientation);
-    if (shape.is_plane()) {
-      broad_phase_.MoveHalfSpace(row, shape.half_space());
-    } else {
-      broad_phase_.Move(row, shape.box());
-    }
+void World::Move(Body& body, const Pose& pose) {
+  // What is not finite would spoil more than this body, and ODE only notices some of it.
+  if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite()) {
+    throw EngineFault("ODE: a pose is not finite");
   }
+  body.pose = pose;
+  body.is_moved = true;
 }
 
-void World::Collide(const PairRule& rule, ContactBuffer& contacts) {
+void World::FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) {
   PrepareThread();
-  contacts.Clear();
-  UpdateNeighbours(rule);
-  for (const Neighbours& pair : neighbours_) {
-    if (!broad_phase_.MayTouch(pair.a, pair.b)) continue;
-    const PlacedShape& a = shapes_[Index(pair.a)];
-    const PlacedShape& b = shapes_[Index(pair.b)];
-    const auto first_point = static_cast<uint32_t>(contacts.points.size());
-    const uint32_t count = FindPoints(a, b, contacts.points);
-    if (count == 0) continue;
-    contacts.pairs.push_back({.entity_a = a.entity(),
-                              .entity_b = b.entity(),
-                              .geometry_a = pair.a,
-                              .geometry_b = pair.b,
-                              .material = rule.Mixed(pair.a, pair.b),
-                              .correction = rule.Correction(pair.a, pair.b),
-                              .is_sensor = pair.is_sensor,
-                              .first_point = first_point,
-                              .point_count = count});
-  }
+  PlaceMoved(a);
+  PlaceMoved(b);
+  ode_backend::FindPoints(shapes_[Index(a)], shapes_[Index(b)], points);
 }
 
-void World::UpdateNeighbours(const PairRule& rule) {
-  std::erase_if(neighbours_, [&](const Neighbours& pair) {
-    return broad_phase_.IsFresh(pair.a) || broad_phase_.IsFresh(pair.b) || !broad_phase_.AreNeighbours(pair.a, pair.b);
-  });
-  new_neighbours_.clear();
-  broad_phase_.VisitFreshPairs([&](GeometryRow a, GeometryRow b) { AddNeighbours(rule, a, b); });
-  broad_phase_.ForgetFresh();
-  if (new_neighbours_.empty()) return;
-  std::sort(new_neighbours_.begin(), new_neighbours_.end());
-  merged_neighbours_.resize(neighbours_.size() + new_neighbours_.size());
-  std::merge(neighbours_.begin(), neighbours_.end(), new_neighbours_.begin(), new_neighbours_.end(),
-             merged_neighbours_.begin());
-  neighbours_.swap(merged_neighbours_);
-}
-
-void World::AddNeighbours(const PairRule& rule, GeometryRow a, GeometryRow b) {
-  const PairRule::Verdict verdict = rule.Decide(a, b);
-  if (verdict == PairRule::Verdict::kIgnore) return;
-  if (!rule.Before(a, b)) std::swap(a, b);
-  const PairRule::GeometryInfo& info_a = rule.info(a);
-  const PairRule::GeometryInfo& info_b = rule.info(b);
-  new_neighbours_.push_back({info_a.entity_id, info_b.entity_id, info_a.geometry_id, info_b.geometry_id, a, b,
-                             verdict == PairRule::Verdict::kSensor});
+// Only what is near something is ever asked for, so that geometries follow their body when they are.
+void World::PlaceMoved(GeometryRow row) {
+  Body& body = bodies_[Index(shapes_[Index(row)].entity())];
+  if (!body.is_moved) return;
+  body.is_moved = false;
+  for (GeometryRow own : body.geometries) shapes_[Index(own)].Place(body.pose.position, body.pose.orientation);
 }
 
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
@@ -338,43 +281,11 @@ void World::StoreBodies(StateArrays& state) {
 }
 
 void World::StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state) {
-  const Body& body = bodies_[Index(row)];
+  Body& body = bodies_[Index(row)];
   Pose pose{center_of_mass, orientation};
   if (!body.is_centered) pose.position -= orientation * body.mass.center_of_mass;
   state.set_pose(row, pose);
-  Place(body, pose.position, pose.orientation);
-}
-
-void World::CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
-                     std::span<RayHit> hits) {
-  std::transform(rays.begin(), rays.end(), hits.begin(),
-                 [&](const Ray& ray) { return CastRay(rule, ray, collides_with_bits); });
-}
-
-RayHit World::CastRay(const PairRule& rule, const Ray& ray, uint64_t collides_with_bits) const {
-  RayHit best;
-  best.fraction = 1;
-  broad_phase_.VisitRay(ray, best.fraction, [&](GeometryRow row) {
-    if (!rule.SeenByRay(row, collides_with_bits)) return;
-    const PlacedShape& shape = shapes_[Index(row)];
-    const Matrix3 to_shape = shape.rotation().transpose();
-    const auto entry =
-        EnterShape(shape.shape(), {to_shape * (ray.origin - shape.position()), to_shape * ray.translation});
-    if (!entry) return;
-    const EntityId id = body_of(row).id;
-    const bool is_better =
-        best.entity.is_null() || std::tie(entry->fraction, id) < std::tie(best.fraction, best.entity);
-    if (is_better) best = {id, entry->fraction, shape.rotation() * entry->normal};
-  });
-  return best.entity.is_null() ? RayHit{} : best;
-}
-
-void World::FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) {
-  broad_phase_.VisitRay(segment, 1.0, [&](GeometryRow row) { found.push_back(row); });
-}
-
-void World::FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) {
-  broad_phase_.VisitBounds({bounds.min, bounds.max}, [&](GeometryRow row) { found.push_back(row); });
+  Move(body, pose);
 }
 
 void World::SaveState(std::string& bytes) const {

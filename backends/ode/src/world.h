@@ -5,7 +5,6 @@
 #include <tuple>
 #include <vector>
 
-#include "broad_phase.h"
 #include "contact_solver.h"
 #include "genphys/backend.h"
 #include "genphys/islands.h"
@@ -24,13 +23,9 @@ class World final : public BackendWorld {
   void SetActive(std::span<const EntityRow> rows, bool active) override;
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
   void SetStepper(const StepperSettings& settings) override { solver_.SetStepper(settings); }
-  void Collide(const PairRule& rule, ContactBuffer& contacts) override;
+  void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) override;
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
-  void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
-                std::span<RayHit> hits) override;
-  void FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) override;
-  void FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) override;
   void SaveState(std::string& bytes) const override;
 
  private:
@@ -41,27 +36,12 @@ class World final : public BackendWorld {
     uint64_t serial = 0;  // of the call that added it
     MotionType motion_type = MotionType::kStatic;
     bool is_active = false;
+    bool is_moved = false;  // its geometries are not yet where its pose says
+    Pose pose;
     bool is_centered = true;         // the centre of mass is the origin of the entity's frame
     uint32_t solved_as = kUnsolved;  // place in the solver, during a solve
     MassProperties mass;
     std::vector<GeometryRow> geometries;
-  };
-
-  // Two geometries that the rule does not ignore, and that are near each other.
-  struct Neighbours {
-    EntityId id_a;  // the smaller
-    EntityId id_b;
-    uint32_t geometry_id_a = 0;
-    uint32_t geometry_id_b = 0;
-    GeometryRow a{};
-    GeometryRow b{};
-    bool is_sensor = false;
-
-    // Canonical.
-    bool operator<(const Neighbours& o) const {
-      return std::tie(id_a, id_b, geometry_id_a, geometry_id_b) <
-             std::tie(o.id_a, o.id_b, o.geometry_id_a, o.geometry_id_b);
-    }
   };
 
   // A contact's side as the solver needs it.
@@ -84,11 +64,9 @@ class World final : public BackendWorld {
     bool is_direct = false;
   };
 
-  const Body& body_of(GeometryRow row) const { return bodies_[Index(shapes_[Index(row)].entity())]; }
-  void Place(const Body& body, const Vector3& position, const Quaternion& orientation);
+  static void Move(Body& body, const Pose& pose);
+  void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
-  void UpdateNeighbours(const PairRule& rule);
-  void AddNeighbours(const PairRule& rule, GeometryRow a, GeometryRow b);
   void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
   void SolveGroup(double step_size, bool direct, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows);
@@ -103,24 +81,17 @@ class World final : public BackendWorld {
   void StoreBodies(StateArrays& state);
   void Fly(EntityRow row, double step_size, StateArrays& state);
   void StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state);
-  RayHit CastRay(const PairRule& rule, const Ray& ray, uint64_t collides_with_bits) const;
 
   std::vector<Body> bodies_;         // by entity row
   std::vector<PlacedShape> shapes_;  // by geometry row
   uint64_t last_serial_ = 0;
-  BroadPhase broad_phase_;
   ContactSolver solver_;
-
-  // In canonical order, as of the last Collide(). What it finds there does not depend on when a pair came in.
-  std::vector<Neighbours> neighbours_;
 
   struct Solved {
     uint32_t point = 0;  // in the contact buffer
     double sign = 1;     // -1 where the solver pushed a instead of b
   };
   // Kept between calls for their memory only.
-  std::vector<Neighbours> new_neighbours_;
-  std::vector<Neighbours> merged_neighbours_;
   std::vector<EntityRow> held_rows_;
   std::vector<EntityRow> solved_rows_;  // of the group that is being solved
   Islands islands_;

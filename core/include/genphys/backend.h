@@ -5,14 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "genphys/bounds.h"
 #include "genphys/capabilities.h"
 #include "genphys/contact.h"
 #include "genphys/entity.h"
 #include "genphys/inertia.h"
 #include "genphys/joint_row.h"
-#include "genphys/pair_rule.h"
-#include "genphys/query.h"
 #include "genphys/state.h"
 #include "genphys/status.h"
 #include "genphys/stepper.h"
@@ -35,10 +32,10 @@ struct BodyDesc {
 };
 
 /// One engine's worth of one world. Called by one thread at a time. Every argument has been validated and checked
-/// against the engine's capabilities. The layer owns gravity, forces, damping, gyroscopic terms, restitution,
-/// sleeping, the motion of kinematic bodies and what joints mean: the engine finds contact points, solves contacts and
-/// the rows of joints, and moves bodies with the solved velocities. Any call may throw EngineFault; the layer then
-/// discards this object.
+/// against the engine's capabilities. The layer finds who is near whom and owns gravity, forces, damping, gyroscopic
+/// terms, restitution, sleeping, the motion of kinematic bodies, rays and what joints mean: the engine finds contact
+/// points, solves contacts and the rows of joints, and moves bodies with the solved velocities. Any call may throw
+/// EngineFault; the layer then discards this object.
 class BackendWorld {
  public:
   virtual ~BackendWorld() = default;
@@ -47,8 +44,7 @@ class BackendWorld {
   virtual void AddBody(const BodyDesc& desc, const StateArrays& state) = 0;
   virtual void RemoveBody(EntityRow row) = 0;
 
-  /// Inactive bodies are kept for queries and for active ones to touch, weigh infinitely much, and do not move; two
-  /// inactive ones are not tested against each other.
+  /// Inactive bodies are kept for active ones to touch, weigh infinitely much, and do not move.
   virtual void SetActive(std::span<const EntityRow> rows, bool active) = 0;
 
   /// Takes pose and velocity of `rows` from `state`.
@@ -56,32 +52,21 @@ class BackendWorld {
 
   virtual void SetStepper(const StepperSettings& settings) = 0;
 
-  /// Overwrites `contacts` with all points of pairs that `rule` does not ignore and of which at least one side is
-  /// active and not static, at the current poses, in canonical order.
-  virtual void Collide(const PairRule& rule, ContactBuffer& contacts) = 0;
+  /// Appends the points at which two geometries meet at their current poses, with normals from `a` towards `b`; none
+  /// for a gap of more than kContactGapMax. `a` comes first in canonical order.
+  virtual void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) = 0;
 
-  /// Solves `contacts` (as left by Collide) and moves the dynamic `rows` (active, ascending) by `step_size` seconds:
-  /// reads velocities of `rows` from `state`, overwrites pose and velocity there, and fills in the impulses.
-  /// Velocities include this step's gravity and forces already. Kinematic bodies push with their velocity in `state`;
-  /// the layer moves them. Sensor pairs push nothing. `joint_rows` are solved together with the contacts, and their
-  /// impulses written back.
+  /// Solves `contacts` (points found at the current poses, in canonical order) and moves the dynamic `rows` (active,
+  /// ascending) by `step_size` seconds: reads velocities of `rows` from `state`, overwrites pose and velocity there,
+  /// and fills in the impulses. Velocities include this step's gravity and forces already. Kinematic bodies push with
+  /// their velocity in `state`; the layer moves them. Sensor pairs push nothing. `joint_rows` are solved together with
+  /// the contacts, and their impulses written back.
   virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                      std::span<JointRow> joint_rows) = 0;
 
   /// Impulses that held these contacts at the last solve, by another engine: a start for the next solve here. Called
   /// once, when all bodies are added; an engine that starts every solve from nothing has no use for it.
   virtual void Recall(const ContactBuffer& solved) { static_cast<void>(solved); }
-
-  /// Closest hit per ray among geometries that `rule` lets a ray with `collides_with_bits` see.
-  virtual void CastRays(const PairRule& rule, std::span<const Ray> rays, uint64_t collides_with_bits,
-                        std::span<RayHit> hits) = 0;
-
-  /// Appends the geometries that the segment may cross: those whose bounds it crosses and all planes, in any order,
-  /// and maybe some more.
-  virtual void FindOnSegment(const Ray& segment, std::vector<GeometryRow>& found) = 0;
-
-  /// The same for the geometries whose bounds overlap `bounds` (world).
-  virtual void FindInBounds(const Bounds& bounds, std::vector<GeometryRow>& found) = 0;
 
   /// Appends all private state that the future depends on beyond what the layer knows (seeds, cached impulses).
   virtual void SaveState(std::string& bytes) const = 0;

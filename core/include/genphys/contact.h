@@ -54,6 +54,9 @@ struct ContactBuffer {
   }
 };
 
+/// Pairs with a wider gap (m) have no contact point, on any engine.
+inline constexpr double kContactGapMax = 2e-3;
+
 /// Pairs touch when a point is at least this deep (m), on every engine, or when it passed on an impulse.
 inline constexpr double kTouchingDepth = -1e-4;
 

@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "genphys/backend.h"
+#include "genphys/bounds.h"
 #include "genphys/command.h"
 #include "genphys/event.h"
 #include "genphys/layer_state.h"
+#include "genphys/pair_rule.h"
+#include "genphys/placement.h"
 #include "genphys/query.h"
 #include "genphys/registry.h"
 #include "genphys/scene.h"
@@ -25,11 +28,14 @@ struct StepStats {
     uint64_t nanoseconds = 0;
   };
   uint32_t entities_asleep = 0;
+  uint32_t entities_in_flight = 0;  // moved by the layer alone
   uint32_t entities_in_engine = 0;
   uint32_t pairs = 0;     // touching or nearly so
   uint32_t contacts = 0;  // points
   std::vector<Stage> stages;
 };
+
+class NearPairs;
 
 /// One isolated world: changed only by Apply() and Step(), read only through its columns, contacts and events.
 /// Not thread-safe; different worlds are independent.
@@ -149,6 +155,7 @@ class World {
   // Engine and activity (world.cc).
   void RebuildEngine();
   void AddToEngine(EntityRow row);
+  void TellPose(EntityRow row);
   bool ShouldBeActive(EntityRow row) const;
   void UpdateActive(EntityRow row);
   void Wake(EntityRow row);
@@ -165,6 +172,7 @@ class World {
   Status CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const;
   std::vector<GeometryRow> RowsIn(const Bounds& bounds, uint64_t collides_with_bits);
   std::pair<const Geometry*, Placement> Placed(GeometryRow row) const;
+  RayHit CastRay(const Ray& ray, uint64_t collides_with_bits) const;
   std::vector<EventContactPoint> SolvedPointsOf(const ContactPair& pair) const;
   void AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
   void AddLastPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
@@ -181,10 +189,14 @@ class World {
   std::vector<std::vector<GeometryRow>> geometry_rows_;  // by entity row
   const Backend* backend_ = nullptr;
   std::unique_ptr<BackendWorld> engine_;
+  std::unique_ptr<NearPairs> near_;  // of what the engine has; null without one
+  std::vector<double> reaches_;      // m, from the centre of mass to the farthest point; by entity row
+  std::vector<uint8_t> flown_;       // moved by the layer alone, so that the engine has it elsewhere; by entity row
   // Whom the engine moves or tests against others: follows from columns and layer state.
   std::vector<uint8_t> active_;
-  std::vector<EntityId> woken_;  // not told yet
-  bool contacts_stale_ = true;   // something moved, came or changed since the last Collide()
+  std::vector<EntityId> woken_;    // not told yet
+  std::vector<EntityRow> roused_;  // since the step began
+  bool contacts_stale_ = true;     // something moved, came or changed since the last Collide()
   bool faulted_ = false;
   uint32_t entity_count_ = 0;
   uint32_t joint_count_ = 0;

@@ -1,6 +1,6 @@
 #include "broad_phase.h"
 
-namespace genphys::ode_backend {
+namespace genphys {
 namespace {
 
 // A moving geometry's neighbourhood is wider than its box, so that what creeps, trembles or rolls stays within it.
@@ -8,15 +8,15 @@ constexpr double kMargin = 0.05;  // of the largest side
 // How far ahead it reaches along the last displacement.
 constexpr double kAhead = 3;
 
-Aabb Widened(const Aabb& box, const Vector3& displacement) {
-  const Vector3 margin = Vector3::Constant(kMargin * (box.high - box.low).maxCoeff());
+Bounds Widened(const Bounds& box, const Vector3& displacement) {
+  const Vector3 margin = Vector3::Constant(kMargin * (box.max - box.min).maxCoeff());
   const Vector3 ahead = kAhead * displacement;
-  return {box.low - margin + ahead.cwiseMin(0), box.high + margin + ahead.cwiseMax(0)};
+  return {box.min - margin + ahead.cwiseMin(0), box.max + margin + ahead.cwiseMax(0)};
 }
 
 }  // namespace
 
-void BroadPhase::Add(GeometryRow row, const Aabb& box, bool moving) {
+void BroadPhase::Add(GeometryRow row, const Bounds& box, bool moving) {
   NewProxy(row).box = box;
   Enter(row, moving);
 }
@@ -35,15 +35,15 @@ void BroadPhase::Remove(GeometryRow row) {
   proxies_[Index(row)].kind = Kind::kAbsent;
 }
 
-void BroadPhase::Move(GeometryRow row, const Aabb& box) {
+void BroadPhase::Move(GeometryRow row, const Bounds& box) {
   Proxy& proxy = proxies_[Index(row)];
-  const Vector3 displacement = 0.5 * (box.low + box.high - proxy.box.low - proxy.box.high);
+  const Vector3 displacement = 0.5 * (box.min + box.max - proxy.box.min - proxy.box.max);
   proxy.box = box;
-  AabbTree& tree = proxy.kind == Kind::kMoving ? moving_ : resting_;
+  BoundsTree& tree = proxy.kind == Kind::kMoving ? moving_ : resting_;
   if (tree.box(proxy.leaf).Contains(box)) return;
   tree.Remove(proxy.leaf);
   // What jumps further than its own size was put there, and says nothing of where it goes next.
-  const bool jumped = displacement.squaredNorm() > (box.high - box.low).squaredNorm();
+  const bool jumped = displacement.squaredNorm() > (box.max - box.min).squaredNorm();
   const Vector3 ahead = jumped ? Vector3::Zero() : displacement;
   proxy.leaf = tree.Insert(proxy.kind == Kind::kMoving ? Widened(box, ahead) : box, row);
   MarkFresh(row);
@@ -72,14 +72,6 @@ void BroadPhase::MarkFresh(GeometryRow row) {
   is_fresh = true;
 }
 
-bool BroadPhase::AreNeighbours(GeometryRow a, GeometryRow b) const {
-  const Proxy& first = proxies_[Index(a)];
-  const Proxy& second = proxies_[Index(b)];
-  if (first.kind == Kind::kPlane) return Reaches(Neighbourhood(second), planes_[first.index].half_space);
-  if (second.kind == Kind::kPlane) return Reaches(Neighbourhood(first), planes_[second.index].half_space);
-  return Neighbourhood(first).Overlaps(Neighbourhood(second));
-}
-
 bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
   const Proxy& first = proxies_[Index(a)];
   const Proxy& second = proxies_[Index(b)];
@@ -88,11 +80,11 @@ bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
   return first.box.Overlaps(second.box);
 }
 
-bool BroadPhase::Reaches(const Aabb& box, const HalfSpace& half_space) {
+bool BroadPhase::Reaches(const Bounds& box, const HalfSpace& half_space) {
   const Vector3& n = half_space.normal;
-  const double lowest = n.x() * (n.x() > 0 ? box.low.x() : box.high.x()) +
-                        n.y() * (n.y() > 0 ? box.low.y() : box.high.y()) +
-                        n.z() * (n.z() > 0 ? box.low.z() : box.high.z());
+  const double lowest = n.x() * (n.x() > 0 ? box.min.x() : box.max.x()) +
+                        n.y() * (n.y() > 0 ? box.min.y() : box.max.y()) +
+                        n.z() * (n.z() > 0 ? box.min.z() : box.max.z());
   return lowest <= half_space.offset;
 }
 
@@ -130,4 +122,4 @@ void BroadPhase::Leave(GeometryRow row) {
   }
 }
 
-}  // namespace genphys::ode_backend
+}  // namespace genphys

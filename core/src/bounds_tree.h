@@ -3,38 +3,18 @@
 #include <cstdint>
 #include <vector>
 
+#include "genphys/bounds.h"
 #include "genphys/contact.h"
 #include "genphys/query.h"
 
-namespace genphys::ode_backend {
-
-/// Axis-aligned bounding box, world, m. Its surface belongs to it.
-struct Aabb {
-  Vector3 low = Vector3::Zero();
-  Vector3 high = Vector3::Zero();
-
-  bool Overlaps(const Aabb& o) const {
-    // Without short circuits: five branches that nobody can predict cost more than the comparisons.
-    return (low.x() <= o.high.x()) & (o.low.x() <= high.x()) & (low.y() <= o.high.y()) & (o.low.y() <= high.y()) &
-           (low.z() <= o.high.z()) & (o.low.z() <= high.z());
-  }
-  bool Contains(const Aabb& o) const {
-    return (low.x() <= o.low.x()) & (o.high.x() <= high.x()) & (low.y() <= o.low.y()) & (o.high.y() <= high.y()) &
-           (low.z() <= o.low.z()) & (o.high.z() <= high.z());
-  }
-  Aabb Union(const Aabb& o) const { return {low.cwiseMin(o.low), high.cwiseMax(o.high)}; }
-  double HalfArea() const {
-    const Vector3 d = high - low;
-    return d.x() * d.y() + d.y() * d.z() + d.z() * d.x();
-  }
-};
+namespace genphys {
 
 /// A ray made ready to be tested against many boxes.
 class BoxRay {
  public:
   explicit BoxRay(const Ray& ray);
   /// Whether the first `fraction` of the ray meets `box`; may say yes to a box that it passes within rounding.
-  bool Meets(const Aabb& box, double fraction) const;
+  bool Meets(const Bounds& box, double fraction) const;
 
  private:
   Vector3 origin_;
@@ -43,31 +23,31 @@ class BoxRay {
 
 /// A balanced tree of boxes, one leaf for each geometry. What it finds does not depend on how it came about, only the
 /// order in which it finds it does. Insertion, removal and queries take logarithmic time.
-class AabbTree {
+class BoundsTree {
  public:
   using Node = int32_t;
   static constexpr Node kNone = -1;
 
   /// A leaf that stays valid until it is removed.
-  Node Insert(const Aabb& box, GeometryRow row);
+  Node Insert(const Bounds& box, GeometryRow row);
   void Remove(Node leaf);
-  const Aabb& box(Node leaf) const { return nodes_[leaf].box; }
+  const Bounds& box(Node leaf) const { return nodes_[leaf].box; }
 
   /// Calls visit(row) for each leaf whose box overlaps `box`.
   template <typename Visit>
-  void VisitOverlaps(const Aabb& box, Visit&& visit) const {
-    VisitIf([&](const Aabb& candidate) { return candidate.Overlaps(box); }, visit);
+  void VisitOverlaps(const Bounds& box, Visit&& visit) const {
+    VisitIf([&](const Bounds& candidate) { return candidate.Overlaps(box); }, visit);
   }
 
   /// Calls visit(row) for each leaf whose box `ray` meets in its first `fraction`, which `visit` may lower meanwhile.
   template <typename Visit>
   void VisitRay(const BoxRay& ray, const double& fraction, Visit&& visit) const {
-    VisitIf([&](const Aabb& candidate) { return ray.Meets(candidate, fraction); }, visit);
+    VisitIf([&](const Bounds& candidate) { return ray.Meets(candidate, fraction); }, visit);
   }
 
  private:
   struct Entry {
-    Aabb box;
+    Bounds box;
     Node parent = kNone;
     Node children[2] = {kNone, kNone};
     int32_t height = 0;  // of a leaf: zero
@@ -98,8 +78,8 @@ class AabbTree {
   }
 
   Node Allocate();
-  Node FindSibling(const Aabb& box) const;
-  double Growth(Node node, const Aabb& box) const;
+  Node FindSibling(const Bounds& box) const;
+  double Growth(Node node, const Bounds& box) const;
   void Replace(Node parent, Node child, Node by);
   void Update(Node node);
   void Balance(Node node);
@@ -110,4 +90,4 @@ class AabbTree {
   Node root_ = kNone;
 };
 
-}  // namespace genphys::ode_backend
+}  // namespace genphys

@@ -2,9 +2,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "aabb_tree.h"
+#include "bounds_tree.h"
 
-namespace genphys::ode_backend {
+namespace genphys {
 
 /// Which geometries are near each other or a ray. Moving ones are kept apart from resting ones, and whoever asks for
 /// pairs remembers them: a search costs by the number of geometries that left the neighbourhood they were last seen in.
@@ -16,17 +16,19 @@ class BroadPhase {
     double offset = 0;
   };
 
-  void Add(GeometryRow row, const Aabb& box, bool moving);
+  void Add(GeometryRow row, const Bounds& box, bool moving);
   void AddHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void Remove(GeometryRow row);
 
   /// Tells where the geometry is now.
-  void Move(GeometryRow row, const Aabb& box);
+  void Move(GeometryRow row, const Bounds& box);
   void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void SetMoving(GeometryRow row, bool moving);
 
   /// Geometries that came, went, changed sides or left their neighbourhood since the last ForgetFresh().
   bool IsFresh(GeometryRow row) const { return proxies_[Index(row)].is_fresh; }
+  bool any_fresh() const { return !fresh_rows_.empty(); }
+  void MarkFresh(GeometryRow row);
   void ForgetFresh();
 
   /// Calls visit(a, b), in no particular order, once for each pair of neighbours of which one or both are fresh.
@@ -40,8 +42,6 @@ class BroadPhase {
     }
   }
 
-  /// Whether two that were neighbours still are, if neither is fresh.
-  bool AreNeighbours(GeometryRow a, GeometryRow b) const;
   /// Whether two neighbours may touch.
   bool MayTouch(GeometryRow a, GeometryRow b) const;
 
@@ -56,7 +56,7 @@ class BroadPhase {
 
   /// Calls visit(row) for each geometry whose neighbourhood overlaps `box`, and for all planes.
   template <typename Visit>
-  void VisitBounds(const Aabb& box, Visit&& visit) const {
+  void VisitBounds(const Bounds& box, Visit&& visit) const {
     for (const Plane& plane : planes_) visit(plane.row);
     resting_.VisitOverlaps(box, visit);
     moving_.VisitOverlaps(box, visit);
@@ -66,8 +66,8 @@ class BroadPhase {
   enum class Kind : uint8_t { kAbsent, kResting, kMoving, kPlane };
 
   struct Proxy {
-    Aabb box;  // tight
-    AabbTree::Node leaf = AabbTree::kNone;
+    Bounds box;  // tight
+    BoundsTree::Node leaf = BoundsTree::kNone;
     uint32_t index = 0;  // in moving_rows_ or planes_
     Kind kind = Kind::kAbsent;
     bool is_fresh = false;
@@ -89,7 +89,7 @@ class BroadPhase {
       }
       return;
     }
-    const Aabb& box = Neighbourhood(proxy);
+    const Bounds& box = Neighbourhood(proxy);
     moving_.VisitOverlaps(box, visit);
     if (proxy.kind != Kind::kMoving) return;
     resting_.VisitOverlaps(box, visit);
@@ -98,21 +98,20 @@ class BroadPhase {
     }
   }
 
-  static bool Reaches(const Aabb& box, const HalfSpace& half_space);
-  const Aabb& Neighbourhood(const Proxy& proxy) const {
+  static bool Reaches(const Bounds& box, const HalfSpace& half_space);
+  const Bounds& Neighbourhood(const Proxy& proxy) const {
     return (proxy.kind == Kind::kMoving ? moving_ : resting_).box(proxy.leaf);
   }
   Proxy& NewProxy(GeometryRow row);
-  void MarkFresh(GeometryRow row);
   void Enter(GeometryRow row, bool moving);
   void Leave(GeometryRow row);
 
   std::vector<Proxy> proxies_;  // by geometry row
-  AabbTree moving_;
-  AabbTree resting_;
+  BoundsTree moving_;
+  BoundsTree resting_;
   std::vector<GeometryRow> moving_rows_;
   std::vector<Plane> planes_;
   std::vector<GeometryRow> fresh_rows_;
 };
 
-}  // namespace genphys::ode_backend
+}  // namespace genphys

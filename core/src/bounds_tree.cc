@@ -1,31 +1,31 @@
-#include "aabb_tree.h"
+#include "bounds_tree.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace genphys::ode_backend {
+namespace genphys {
 
 BoxRay::BoxRay(const Ray& ray) : origin_(ray.origin), inverse_(ray.translation.cwiseInverse()) {}
 
-bool BoxRay::Meets(const Aabb& box, double fraction) const {
+bool BoxRay::Meets(const Bounds& box, double fraction) const {
   // Widened by what rounding can take away from a fraction.
   constexpr double kRounding = 1e-12;
   double enter = -kRounding;
   double leave = fraction * (1 + kRounding) + kRounding;
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(inverse_[axis])) {
-      if (origin_[axis] < box.low[axis] || origin_[axis] > box.high[axis]) return false;
+      if (origin_[axis] < box.min[axis] || origin_[axis] > box.max[axis]) return false;
       continue;
     }
-    const double to_low = (box.low[axis] - origin_[axis]) * inverse_[axis];
-    const double to_high = (box.high[axis] - origin_[axis]) * inverse_[axis];
+    const double to_low = (box.min[axis] - origin_[axis]) * inverse_[axis];
+    const double to_high = (box.max[axis] - origin_[axis]) * inverse_[axis];
     enter = std::max(enter, std::min(to_low, to_high));
     leave = std::min(leave, std::max(to_low, to_high));
   }
   return enter <= leave;
 }
 
-AabbTree::Node AabbTree::Insert(const Aabb& box, GeometryRow row) {
+BoundsTree::Node BoundsTree::Insert(const Bounds& box, GeometryRow row) {
   const Node leaf = Allocate();
   nodes_[leaf] = Entry{.box = box, .row = row};
   if (root_ == kNone) {
@@ -43,7 +43,7 @@ AabbTree::Node AabbTree::Insert(const Aabb& box, GeometryRow row) {
   return leaf;
 }
 
-void AabbTree::Remove(Node leaf) {
+void BoundsTree::Remove(Node leaf) {
   const Node parent = nodes_[leaf].parent;
   free_.push_back(leaf);
   if (parent == kNone) {
@@ -59,7 +59,7 @@ void AabbTree::Remove(Node leaf) {
   RepairUpwards(grandparent);
 }
 
-AabbTree::Node AabbTree::Allocate() {
+BoundsTree::Node BoundsTree::Allocate() {
   if (free_.empty()) {
     nodes_.emplace_back();
     return static_cast<Node>(nodes_.size()) - 1;
@@ -71,7 +71,7 @@ AabbTree::Node AabbTree::Allocate() {
 
 // Greedy descent to where the surface of the boxes grows least: surface is what the chance of a visit is proportional
 // to. It always ends at a leaf, for an insertion further up would unbalance the tree by more than one rotation repairs.
-AabbTree::Node AabbTree::FindSibling(const Aabb& box) const {
+BoundsTree::Node BoundsTree::FindSibling(const Bounds& box) const {
   Node node = root_;
   while (!nodes_[node].is_leaf()) {
     const auto [first, second] = nodes_[node].children;
@@ -80,12 +80,12 @@ AabbTree::Node AabbTree::FindSibling(const Aabb& box) const {
   return node;
 }
 
-double AabbTree::Growth(Node node, const Aabb& box) const {
-  const Aabb& own = nodes_[node].box;
+double BoundsTree::Growth(Node node, const Bounds& box) const {
+  const Bounds& own = nodes_[node].box;
   return own.Union(box).HalfArea() - own.HalfArea();
 }
 
-void AabbTree::Replace(Node parent, Node child, Node by) {
+void BoundsTree::Replace(Node parent, Node child, Node by) {
   if (parent == kNone) {
     root_ = by;
   } else {
@@ -94,7 +94,7 @@ void AabbTree::Replace(Node parent, Node child, Node by) {
   }
 }
 
-void AabbTree::Update(Node node) {
+void BoundsTree::Update(Node node) {
   Entry& entry = nodes_[node];
   const Entry& first = nodes_[entry.children[0]];
   const Entry& second = nodes_[entry.children[1]];
@@ -103,7 +103,7 @@ void AabbTree::Update(Node node) {
 }
 
 // Where one side is two levels taller, its root takes the place of `node`, which takes the lower grandchild in return.
-void AabbTree::Balance(Node node) {
+void BoundsTree::Balance(Node node) {
   Entry& entry = nodes_[node];
   const int32_t difference = nodes_[entry.children[1]].height - nodes_[entry.children[0]].height;
   if (difference >= -1 && difference <= 1) return;
@@ -125,7 +125,7 @@ void AabbTree::Balance(Node node) {
   Update(tall);
 }
 
-void AabbTree::RepairUpwards(Node node) {
+void BoundsTree::RepairUpwards(Node node) {
   while (node != kNone) {
     // Balancing puts another node here, whose parent is the one to go on with.
     const Node parent = nodes_[node].parent;
@@ -135,4 +135,4 @@ void AabbTree::RepairUpwards(Node node) {
   }
 }
 
-}  // namespace genphys::ode_backend
+}  // namespace genphys

@@ -1,0 +1,90 @@
+#pragma once
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "broad_phase.h"
+#include "genphys/backend.h"
+#include "genphys/contact.h"
+#include "genphys/pair_rule.h"
+
+namespace genphys {
+
+/// Where all geometries of a world are, and which of them are near enough to each other to be asked for contact points.
+/// What it finds depends on where they are and who moves, and not on how that came about.
+class NearPairs {
+ public:
+  /// One entity's geometries, in the order of its description.
+  struct Member {
+    const RigidBody& body;
+    std::span<const GeometryRow> geometries;
+  };
+
+  void Add(const Member& member, const Pose& pose, bool is_active);
+  void Remove(std::span<const GeometryRow> geometries);
+  void SetActive(const Member& member, bool is_active);
+
+  /// Puts the geometries to where their entity is now.
+  void Place(const Member& member, const Pose& pose);
+
+  /// Says that the geometries of one entity stay within `region` until they are placed again: until then they are taken
+  /// to be all over it.
+  void Reserve(std::span<const GeometryRow> geometries, const Bounds& region);
+
+  /// Asks the rule again about all pairs with these, for it has changed.
+  void Renew(std::span<const GeometryRow> geometries);
+
+  /// Two geometries near each other that the rule does not ignore; one at least moves.
+  struct Pair {
+    EntityId id_a;  // the smaller
+    EntityId id_b;
+    uint32_t geometry_id_a = 0;
+    uint32_t geometry_id_b = 0;
+    EntityRow entity_a{};
+    EntityRow entity_b{};
+    GeometryRow a{};
+    GeometryRow b{};
+    bool is_sensor = false;
+
+    /// Canonical.
+    bool operator<(const Pair& o) const {
+      return std::tie(id_a, id_b, geometry_id_a, geometry_id_b) <
+             std::tie(o.id_a, o.id_b, o.geometry_id_a, o.geometry_id_b);
+    }
+  };
+
+  /// All such pairs in canonical order, and some that are not quite near. Good until the next call.
+  std::span<const Pair> Update(const PairRule& rule);
+
+  /// Whether the bounds of the two overlap.
+  bool MayTouch(const Pair& pair) const { return broad_phase_.MayTouch(pair.a, pair.b); }
+
+  /// Overwrites `contacts` with all points of near pairs, as the engine finds them, in canonical order. Points of pairs
+  /// with none of the rows in `moved` are taken over from what `contacts` had, if `moved` is not null.
+  void Collide(const PairRule& rule, BackendWorld& engine, const std::vector<uint8_t>* moved, ContactBuffer& contacts);
+
+  /// Calls visit(row) for each geometry that the first `fraction` of `ray` may hit; `visit` may lower `fraction`.
+  template <typename Visit>
+  void VisitRay(const Ray& ray, const double& fraction, Visit&& visit) const {
+    broad_phase_.VisitRay(ray, fraction, visit);
+  }
+
+  /// Calls visit(row) for each geometry that may overlap `bounds`, and for all planes.
+  template <typename Visit>
+  void VisitBounds(const Bounds& bounds, Visit&& visit) const {
+    broad_phase_.VisitBounds(bounds, visit);
+  }
+
+ private:
+  void AddPair(const PairRule& rule, GeometryRow a, GeometryRow b);
+  void CollidePair(const PairRule& rule, BackendWorld& engine, const Pair& pair, ContactBuffer& contacts) const;
+
+  BroadPhase broad_phase_;
+  std::vector<Pair> pairs_;  // as of the last Update()
+  // Kept between calls for their memory only.
+  std::vector<Pair> found_;
+  std::vector<Pair> merged_;
+  ContactBuffer before_;
+};
+
+}  // namespace genphys

@@ -1,0 +1,184 @@
+// The flight lane: bodies that nothing can meet in this step, moved by the layer alone, exactly and at once.
+#include <algorithm>
+#include <cmath>
+
+#include "free_rotation.h"
+#include "genphys/limits.h"
+#include "near_pairs.h"
+#include "step_run.h"
+
+namespace genphys {
+namespace {
+
+// Of c t: below it the closed form loses more digits than its series leaves out.
+constexpr double kSmallDamping = 1e-3;
+
+// What becomes of a velocity that decays by exp(-c t) on top of a constant acceleration: after `time` s, `lag` is left
+// of it, it took the body `way` (s) times as far as its start says, and the acceleration gave `way` of velocity and
+// `fall` (s^2) of way. The integrals of exp(-c t), once and twice.
+struct DampedFlight {
+  DampedFlight(double damping, double time) : lag(1), way(time), fall(time * time / 2) {
+    if (damping == 0) return;
+    const double u = damping * time;
+    lag = std::exp(-u);
+    way = -std::expm1(-u) / damping;
+    fall = u > kSmallDamping ? (time - way) / damping : time * time * (1.0 / 2 - u / 6 + u * u / 24 - u * u * u / 120);
+  }
+  double lag;
+  double way;
+  double fall;
+};
+
+}  // namespace
+
+// Whether its way through this step has a closed form as long as nothing comes in between.
+bool StepRun::MayFly(EntityRow row) const {
+  if (!world_.layer_.half_steps[Index(row)].in_flight || jointed_[Index(row)]) return false;
+  if (!steered_.empty() && steered_[Index(row)]) return false;
+  const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
+  return !body.linear_speed_max && !body.angular_speed_max && !body.locked_axes.any();
+}
+
+// Forces that turn a body, or turn with it, leave its flight without a closed form.
+void StepRun::MarkSteered() {
+  steered_.clear();
+  for (const PendingForce& force : world_.layer_.forces) {
+    if (force.at_center_of_mass && force.coordinates == Coordinates::kWorld && force.torque.isZero(0)) continue;
+    steered_.resize(state_.rows());
+    steered_[force.id.index()] = true;
+  }
+}
+
+// Where the body may be in this step, however it turns; damping only leaves out some of the way.
+Bounds StepRun::RegionOf(EntityRow row, const Vector3& acceleration) const {
+  const Vector3 start = CenterOf(row);
+  const Vector3 coasted = step_size_ * state_.linear_velocities.col(Index(row));
+  const Vector3 fallen = step_size_ * step_size_ / 2 * acceleration;
+  const Bounds way{start + coasted.cwiseMin(0) + fallen.cwiseMin(0), start + coasted.cwiseMax(0) + fallen.cwiseMax(0)};
+  return way.Widened(world_.reaches_[Index(row)]);
+}
+
+// Sorts rows_ into those that fly and those that the engine has to move.
+void StepRun::ChooseFlyers() {
+  flies_.assign(state_.rows(), false);
+  if (fields_.empty()) {
+    MarkSteered();
+    for (EntityRow row : rows_) {
+      if (!MayFly(row)) continue;
+      const Vector3 acceleration = SteadyPush(row).acceleration;
+      const Bounds region = RegionOf(row, acceleration);
+      const Vector3 end = state_.linear_velocities.col(Index(row)) + step_size_ * acceleration;
+      const auto within = [](const Vector3& v, double bound) { return (v.array().abs() < bound).all(); };
+      // Who may leave the world's bounds is looked after by the engine's lane.
+      if (!within(region.min, Limits::kPositionMax) || !within(region.max, Limits::kPositionMax) ||
+          !within(end, Limits::kSpeedMax)) {
+        continue;
+      }
+      flies_[Index(row)] = true;
+      flyers_.push_back({row, acceleration});
+      world_.near_->Reserve(world_.geometry_rows_[Index(row)], region);
+      world_.flown_[Index(row)] = true;
+    }
+    GroundThoseThatMeet();
+  }
+  std::erase_if(rows_, [&](EntityRow row) { return flies_[Index(row)] != 0; });
+  // Nothing is near them, which is as good as a test.
+  for (const Flyer& flyer : flyers_) tested_[Index(flyer.row)] = true;
+  for (EntityRow row : rows_) {
+    if (world_.flown_[Index(row)]) world_.TellPose(row);
+  }
+}
+
+// Two whose regions overlap may meet, and so may a flyer and what is in its region.
+void StepRun::GroundThoseThatMeet() {
+  if (flyers_.empty()) return;
+  std::vector<EntityRow> met;
+  for (const NearPairs::Pair& pair : world_.near_->Update(world_.rule_)) {
+    const bool flies_a = flies_[Index(pair.entity_a)], flies_b = flies_[Index(pair.entity_b)];
+    if (!(flies_a || flies_b) || !world_.near_->MayTouch(pair)) continue;
+    if (flies_a) met.push_back(pair.entity_a);
+    if (flies_b) met.push_back(pair.entity_b);
+  }
+  for (EntityRow row : met) flies_[Index(row)] = false;
+  ForgetGrounded();
+}
+
+void StepRun::ForgetGrounded() {
+  std::erase_if(flyers_, [&](const Flyer& flyer) { return !flies_[Index(flyer.row)]; });
+}
+
+// What the engine moved came into the region of a flyer: this goes on in the engine's lane, from where it is after
+// `elapsed` seconds of the step.
+void StepRun::GroundMet(double elapsed) {
+  if (flyers_.empty()) return;
+  bool is_any = true, was_any = false;
+  while (is_any) {
+    is_any = false;
+    for (const NearPairs::Pair& pair : world_.near_->Update(world_.rule_)) {
+      const bool flies_a = flies_[Index(pair.entity_a)], flies_b = flies_[Index(pair.entity_b)];
+      if (flies_a == flies_b || !world_.near_->MayTouch(pair)) continue;
+      Ground(flies_a ? pair.entity_a : pair.entity_b, elapsed);
+      is_any = was_any = true;
+    }
+  }
+  if (was_any) ForgetGrounded();
+}
+
+void StepRun::Ground(EntityRow row, double elapsed) {
+  const auto flyer =
+      std::find_if(flyers_.begin(), flyers_.end(), [&](const Flyer& candidate) { return candidate.row == row; });
+  flies_[Index(row)] = false;
+  rows_.insert(std::lower_bound(rows_.begin(), rows_.end(), row), row);
+  Save(row, false);
+  AddMover(row);
+  Fly(*flyer, elapsed);
+  world_.TellPose(row);
+}
+
+void StepRun::Fly(const Flyer& flyer, double time) {
+  const uint32_t row = Index(flyer.row);
+  const SceneEntity& entity = *world_.scene_.entities[row];
+  const RigidBody& body = *entity.desc->rigid_body;
+  const MassProperties& mass = entity.mass;
+  const DampedFlight linear(body.linear_damping, time), angular(body.angular_damping, time);
+  Pose pose = state_.pose(flyer.row);
+  const Vector3 velocity = state_.linear_velocities.col(row), spin = state_.angular_velocities.col(row);
+  pose.position += linear.way * velocity + linear.fall * flyer.acceleration;
+  state_.linear_velocities.col(row) = linear.lag * velocity + linear.way * flyer.acceleration;
+  if (!spin.isZero(0)) {
+    const Quaternion before = pose.orientation;
+    // Momentum that decays turns the body as far as all of it would in a shorter time.
+    if (mass.spherical) {
+      pose.orientation = Turned(before, spin, angular.way);
+      state_.angular_velocities.col(row) = angular.lag * spin;
+    } else {
+      const FreeRotation free(before, spin, mass, angular.way);
+      pose.orientation = free.orientation;
+      state_.angular_velocities.col(row) = angular.lag * free.spin;
+    }
+    pose.position += before * mass.center_of_mass - pose.orientation * mass.center_of_mass;
+  }
+  state_.set_pose(flyer.row, pose);
+  HalfStep& half = world_.layer_.half_steps[row];
+  if (!half.restarts || half.has_past) half.Forget();
+}
+
+// Those that nobody met, to the end of the step.
+void StepRun::FinishFlight() {
+  for (const Flyer& flyer : flyers_) {
+    const uint32_t row = Index(flyer.row);
+    const MassProperties& mass = world_.scene_.entities[row]->mass;
+    const Vector3 before = state_.linear_velocities.col(row);
+    Fly(flyer, step_size_);
+    state_.net_forces.col(row) = mass.mass / step_size_ * (state_.linear_velocities.col(row) - before);
+    state_.net_torques.col(row).setZero();
+    const double damping = world_.scene_.entities[row]->desc->rigid_body->angular_damping;
+    if (damping == 0) continue;
+    const Vector3 momentum =
+        WorldTensor(state_.pose(flyer.row).orientation, mass.tensor) * state_.angular_velocities.col(row);
+    state_.net_torques.col(row) = (1 - std::exp(damping * step_size_)) / step_size_ * momentum;
+  }
+  Mark("flight");
+}
+
+}  // namespace genphys
