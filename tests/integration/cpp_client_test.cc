@@ -53,6 +53,99 @@ TEST_P(CppClient, BringsCommandsInAndAFrameAndEventsOutInOneCall) {
   EXPECT_EQ(std::get<EntityCreated>(created->events[0].kind).id, ball);
 }
 
+TEST_P(CppClient, StepsManyWorldsInOneCall) {
+  const Server connection = *Connect(server_.address());
+  std::vector<World> worlds;
+  for (int i = 0; i < 3; ++i) {
+    worlds.push_back(*MakeWorld(server_, GetParam()));
+    ASSERT_TRUE(worlds.back().Add(Sphere{}, {.position = {0, 0, 1.0 + i}, .mass = 1}).ok());
+  }
+  std::vector<WorldSteps> wanted;
+  for (const World& world : worlds) wanted.push_back({world.name(), 30, {}});
+  wanted.push_back({"worlds/nobody", 1, {}});
+
+  const std::vector<Result<StepResult>> results = connection.StepWorlds(wanted);
+
+  ASSERT_EQ(results.size(), 4u);
+  EXPECT_EQ(RefusalOf(results[3].status())->reason, Reason::kWorldNotFound);
+  for (size_t i = 0; i < worlds.size(); ++i) {
+    ASSERT_TRUE(results[i].ok()) << results[i].status();
+    const Result<StepResult> now = worlds[i].Step(0);
+    EXPECT_EQ(results[i]->stamp.step, 30u);
+    EXPECT_EQ(results[i]->frame.positions(), now->frame.positions());
+  }
+}
+
+TEST_P(CppClient, TellsOfWorldsThatDidNotComeWhyTheCallEnded) {
+  const Server connection = *Connect(server_.address());
+  // A pile that never sleeps takes minutes for all these steps.
+  WorldOptions options;
+  options.world.default_auto_disable.enabled = false;
+  World pile = *MakeWorld(server_, GetParam(), options);
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_TRUE(pile.Add(Box{{0.5, 0.5, 0.5}}, {.position = {1.1 * (i % 4), 0, 0.5 + i / 4}, .mass = 1}).ok());
+  }
+  const std::vector<WorldSteps> wanted{{world_.name(), 1, {}}, {pile.name(), 100000, {}}};
+
+  const std::vector<Result<StepResult>> results = connection.StepWorlds(wanted, std::chrono::milliseconds(300));
+
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0]->stamp.step, 1u);
+  EXPECT_EQ(results[1].status().code(), absl::StatusCode::kDeadlineExceeded);
+}
+
+TEST_P(CppClient, DrivesAWorldWithoutWaitingForEachStep) {
+  const EntityId ball = *world_.Add(Sphere{}, {.position = {0, 0, 50}, .mass = 1});
+  Drive drive = world_.OpenDrive();
+  EXPECT_EQ(drive.Receive().status().code(), absl::StatusCode::kFailedPrecondition);
+  while (drive.in_flight() < Drive::kInFlightMax) ASSERT_TRUE(drive.Send().ok());
+  EXPECT_EQ(drive.Send().code(), absl::StatusCode::kFailedPrecondition);
+
+  double height = 50;
+  for (uint64_t step = 1; step <= 200; ++step) {
+    const Result<StepResult> result = drive.Receive();
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->stamp.step, step);
+    const double now = result->frame.positions()(2, *result->frame.row(ball));
+    EXPECT_LT(now, height);
+    height = now;
+    if (step == 100) {
+      ASSERT_TRUE(drive.Send(1, {.expected_step = 7}).ok());
+    } else if (step + drive.in_flight() < 200) {
+      ASSERT_TRUE(drive.Send().ok());
+    }
+    if (step + 1 == 100 + Drive::kInFlightMax) {
+      EXPECT_EQ(RefusalOf(drive.Receive().status())->reason, Reason::kStepMismatch);
+      ASSERT_TRUE(drive.Send().ok());
+    }
+  }
+  EXPECT_EQ(drive.in_flight(), 0u);
+}
+
+TEST_P(CppClient, IsToldWhenADriveEnds) {
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(world_.Add(Sphere{}, {.position = {0, 0, 1 + 3.0 * i}, .mass = 1}).ok());
+  Drive drive = world_.OpenDrive();
+  ASSERT_TRUE(drive.Send(100000).ok());
+  EXPECT_EQ(drive.Receive(std::chrono::milliseconds(1)).status().code(), absl::StatusCode::kDeadlineExceeded);
+
+  drive.Cancel();
+
+  EXPECT_EQ(drive.Receive().status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(drive.Send().code(), absl::StatusCode::kCancelled);
+}
+
+TEST_P(CppClient, ExplainsAStep) {
+  ASSERT_TRUE(world_.Add(Sphere{}, {.position = {0, 0, 0.5}, .mass = 1}).ok());
+
+  const Result<StepResult> result = world_.Step(1, {.stats = true});
+
+  ASSERT_TRUE(result.ok()) << result.status();
+  const std::string text = Explain(*result->stats);
+  EXPECT_TRUE(text.starts_with("entities: 0 asleep, ")) << text;
+  for (const Stats::Stage& stage : result->stats->stages) EXPECT_NE(text.find(stage.name), std::string::npos) << text;
+  EXPECT_TRUE(text.ends_with("100.0 %\n")) << text;
+}
+
 TEST_P(CppClient, DescribesAnEntityAsItWasAskedFor) {
   const EntityDesc asked = Body(Box{.half_extents = {0.5, 1, 2}}, {.display_name = "crate",
                                                                    .position = {1, 2, 3},

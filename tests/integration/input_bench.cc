@@ -53,8 +53,8 @@ constexpr char kScene[] = R"(
 )";
 
 const std::set<std::string>& ChangingMethods() {
-  static const std::set<std::string> names{"ResetWorld",   "PlayWorld",  "PauseWorld", "CreateEntity",
-                                           "DeleteEntity", "ApplyForce", "Step"};
+  static const std::set<std::string> names{"ResetWorld", "PlayWorld", "PauseWorld", "CreateEntity", "DeleteEntity",
+                                           "ApplyForce", "Step",      "StepWorlds", "Drive"};
   return names;
 }
 

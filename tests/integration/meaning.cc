@@ -112,13 +112,19 @@ Meaning::Meaning(const std::string& engine) {
 }
 
 std::optional<Refusal> Meaning::RefusalFor(const LimitCase& probe) {
-  const std::string where = probe.request.GetDescriptor()->name() + "." + probe.field;
+  std::string where = probe.request.GetDescriptor()->name() + "." + probe.field, holder;
+  // What streams of steps hold means what it means to Step.
+  for (const std::string path : {"requests[0].", "step."}) {
+    if (!probe.field.starts_with(path)) continue;
+    holder = path;
+    where = "StepRequest." + probe.field.substr(path.size());
+  }
   for (Rule& rule : rules_) {
     std::smatch match;
     if (!std::regex_match(where, match, rule.where_pattern)) continue;
     if (!std::regex_match(probe.probe, rule.probe_pattern)) continue;
     rule.used = true;
-    return Refusal{rule.reason, match.format(rule.blamed)};
+    return Refusal{rule.reason, holder + match.format(rule.blamed)};
   }
   return std::nullopt;
 }

@@ -50,6 +50,29 @@ Details DetailsOf(const google::rpc::Status& status) {
   return details;
 }
 
+// What the call of the first request alone would have ended with, its fields named from the top of the stream's
+// message.
+grpc::Status StatusOf(const v1::Refusal& refusal, const std::string& holder) {
+  const Reason reason = DecodeReason(refusal.reason());
+  const std::string field =
+      refusal.field().empty() || refusal.field() == holder ? refusal.field() : holder + "." + refusal.field();
+  return {static_cast<grpc::StatusCode>(refusal.code()), refusal.message(),
+          EncodeStatus(Refuse(reason, field, refusal.message())).SerializeAsString()};
+}
+
+// How the first message of a stream says that it went.
+grpc::Status StatusIn(const MethodDescriptor& method, const std::string& reply) {
+  v1::StepWorldsResponse worlds;
+  v1::DriveResponse driven;
+  if (method.name() == "StepWorlds" && worlds.ParseFromString(reply) && worlds.results(0).has_refusal()) {
+    return StatusOf(worlds.results(0).refusal(), "requests[0]");
+  }
+  if (method.name() == "Drive" && driven.ParseFromString(reply) && driven.has_refusal()) {
+    return StatusOf(driven.refusal(), "step");
+  }
+  return grpc::Status::OK;
+}
+
 bool AllFinite(const std::string& column) {
   for (size_t i = 0; i + sizeof(double) <= column.size(); i += sizeof(double)) {
     double value;
@@ -125,7 +148,7 @@ Answer CallAny(const std::shared_ptr<grpc::Channel>& channel, const MethodDescri
   call->Finish(&answer.status, nullptr);
   wait();
   if (replied) answer.reply = Text(reply);
-  if (replied && method.server_streaming()) answer.status = grpc::Status::OK;
+  if (replied && method.server_streaming()) answer.status = StatusIn(method, answer.reply);
   return answer;
 }
 

@@ -86,6 +86,20 @@ TEST(RequestHead, IsRefusedInBytesThatAreNoMessage) {
   }
 }
 
+TEST(ScanPayloads, FindsEveryElementOfAList) {
+  v1::StepWorldsRequest request;
+  for (const char* world : {"worlds/a", "worlds/b"}) request.add_requests()->set_world(world);
+  const std::string bytes = request.SerializeAsString();
+
+  const auto payloads = ScanPayloads(v1::StepWorldsRequest::kRequestsFieldNumber, bytes);
+
+  ASSERT_TRUE(payloads);
+  ASSERT_EQ(payloads->size(), 2u);
+  EXPECT_EQ((*payloads)[1], request.requests(1).SerializeAsString());
+  EXPECT_TRUE(ScanPayloads(7, bytes)->empty());
+  EXPECT_FALSE(ScanPayloads(1, bytes.substr(0, bytes.size() - 1)));
+}
+
 TEST(WorldMethods, AllHaveARequestThatNamesItsWorld) {
   for (int i = 0; i <= static_cast<int>(WorldMethod::kWatchFrames); ++i) {
     const WorldMethodInfo& info = InfoOf(static_cast<WorldMethod>(i));

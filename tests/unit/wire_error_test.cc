@@ -23,6 +23,20 @@ TEST_P(EveryReason, HasTheSameNameOnTheWireAndTravelsWithItsField) {
   ASSERT_TRUE(RefusalOf(received).has_value());
   EXPECT_EQ(RefusalOf(received)->reason, reason);
   EXPECT_EQ(RefusalOf(received)->field, "commands[3].set_pose");
+  v1::Refusal in_stream;
+  EncodeRefusal(sent, &in_stream);
+  EXPECT_EQ(in_stream.code(), static_cast<int>(CodeOf(reason)));
+  EXPECT_EQ(DecodeRefusal(in_stream), sent);
+}
+
+TEST(WireError, KeepsCodesThatAreNoRefusalOfOursInAStream) {
+  const Status sent = absl::CancelledError("the call was cancelled");
+  v1::Refusal refusal;
+
+  EncodeRefusal(sent, &refusal);
+
+  EXPECT_EQ(refusal.reason(), v1::ERROR_REASON_UNSPECIFIED);
+  EXPECT_EQ(DecodeRefusal(refusal), sent);
 }
 
 // Zero is no refusal of ours, so it is not restored as one.

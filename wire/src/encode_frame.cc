@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
+#include "byte_flags.h"
+#include "frame_rows.h"
 #include "genphys/wire/encode.h"
 #include "genphys/wire/wire_format.h"
 #include "values.h"
@@ -20,11 +23,18 @@ size_t WidthOf(const Columns& columns) {
 }  // namespace
 
 FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                           const World* joints_of)
-    : state_(state), scalar_(request.scalar() == v1::SCALAR_FLOAT32 ? v1::SCALAR_FLOAT32 : v1::SCALAR_FLOAT64) {
-  ChooseRows(request);
+                           const World* joints_of, const FrameNames& names, std::vector<uint32_t> delta_rows)
+    : state_(state),
+      scalar_(request.scalar() == v1::SCALAR_FLOAT32 ? v1::SCALAR_FLOAT32 : v1::SCALAR_FLOAT64),
+      rows_(std::move(delta_rows)) {
+  count_ = rows_.size();
+  if (!names.keyframe_step) {
+    FrameRows whole = ChooseRows(state, request);
+    count_ = whole.count;
+    rows_ = std::move(whole.rows);
+  }
   ChooseColumns(request);
-  MakeHead(stamp, joints_of);
+  MakeHead(stamp, names, joints_of);
   size_ = head_.size();
   const auto add = [&](int field, size_t bytes) {
     if (bytes > 0) size_ += FieldHeaderSize(field, bytes) + bytes;
@@ -32,31 +42,6 @@ FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& req
   add(v1::Frame::kEntityIdsFieldNumber, count_ * sizeof(EntityId));
   for (const Column& column : columns_) add(column.field, ColumnBytes(column));
   add(v1::Frame::kAsleepFieldNumber, (count_ + 7) / 8);
-}
-
-void FrameEncoder::ChooseRows(const v1::FrameRequest& request) {
-  const std::vector<EntityId>& ids = state_.ids;
-  if (request.entity_ids().empty()) {
-    // As long as nobody was deleted, rows are in the order of ids, with room for more at the end.
-    const auto hole = std::find_if(ids.begin(), ids.end(), [](EntityId id) { return id.is_null(); });
-    const bool is_dense =
-        std::is_sorted(ids.begin(), hole) && std::all_of(hole, ids.end(), [](EntityId id) { return id.is_null(); });
-    if (is_dense) {
-      count_ = static_cast<size_t>(hole - ids.begin());
-      return;
-    }
-    for (uint32_t row = 0; row < ids.size(); ++row) {
-      if (!ids[row].is_null()) rows_.push_back(row);
-    }
-  } else {
-    for (const uint64_t packed : request.entity_ids()) {
-      const EntityId id = EntityId::FromPacked(packed);
-      if (!id.is_null() && id.index() < ids.size() && ids[id.index()] == id) rows_.push_back(id.index());
-    }
-  }
-  std::sort(rows_.begin(), rows_.end(), [&](uint32_t a, uint32_t b) { return ids[a] < ids[b]; });
-  rows_.erase(std::unique(rows_.begin(), rows_.end()), rows_.end());
-  count_ = rows_.size();
 }
 
 void FrameEncoder::ChooseColumns(const v1::FrameRequest& request) {
@@ -81,7 +66,7 @@ void FrameEncoder::ChooseColumns(const v1::FrameRequest& request) {
   }
 }
 
-void FrameEncoder::MakeHead(const v1::WorldStamp& stamp, const World* joints_of) {
+void FrameEncoder::MakeHead(const v1::WorldStamp& stamp, const FrameNames& names, const World* joints_of) {
   std::vector<EntityId> gathered;
   const EntityId* ids = state_.ids.data();
   if (!rows_.empty()) {
@@ -93,6 +78,8 @@ void FrameEncoder::MakeHead(const v1::WorldStamp& stamp, const World* joints_of)
   *head.mutable_stamp() = stamp;
   head.set_scalar(scalar_);
   head.set_rows_id(XXH3_64bits(ids, count_ * sizeof(EntityId)));
+  if (names.keyframe_id != 0) head.set_keyframe_id(names.keyframe_id);
+  if (names.keyframe_step) head.set_keyframe_step(*names.keyframe_step);
   if (joints_of != nullptr) EncodeJointColumns(*joints_of, &head);
   head_ = head.SerializeAsString();
 }
@@ -114,7 +101,11 @@ void FrameEncoder::WriteIds(char* to) const {
 }
 
 void FrameEncoder::WriteAsleep(char* to) const {
-  for (size_t i = 0; i < count_; i += 8, ++to) {
+  size_t i = 0;
+  if (rows_.empty()) {
+    for (; i + 8 <= count_; i += 8, ++to) *to = static_cast<char>(LowestBits(&state_.asleep[i]));
+  }
+  for (; i < count_; i += 8, ++to) {
     unsigned bits = 0;
     for (size_t bit = 0; bit < std::min<size_t>(8, count_ - i); ++bit) {
       bits |= (state_.asleep[row(i + bit)] != 0 ? 1u : 0u) << bit;

@@ -66,4 +66,20 @@ void EncodeError(const Status& status, v1::Error* out) {
   out->set_message(MessageOf(status));
 }
 
+void EncodeRefusal(const Status& status, v1::Refusal* out) {
+  out->set_code(static_cast<int>(status.code()));
+  if (const std::optional<Refusal> refusal = RefusalOf(status)) {
+    out->set_reason(EncodeReason(refusal->reason));
+    out->set_field(refusal->field);
+  }
+  out->set_message(MessageOf(status));
+}
+
+Status DecodeRefusal(const v1::Refusal& refusal) {
+  const Reason reason = DecodeReason(refusal.reason());
+  // A reason that this build does not know must not change the code that came with it.
+  if (reason != Reason::kUnspecified) return Refuse(reason, refusal.field(), refusal.message());
+  return Status(static_cast<absl::StatusCode>(refusal.code()), refusal.message());
+}
+
 }  // namespace genphys

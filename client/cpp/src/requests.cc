@@ -28,6 +28,7 @@ void EncodeFrameOptions(const FrameOptions& options, v1::FrameRequest* out) {
   out->set_velocities(options.velocities);
   out->set_net_forces(options.net_forces);
   out->set_joints(options.joints);
+  out->set_deltas(options.deltas);
   for (const EntityId id : options.entities) out->add_entity_ids(id.packed());
 }
 
@@ -59,7 +60,7 @@ Result<std::vector<Event>> DecodeEvents(const v1::EventBatch& batch) {
   return events;
 }
 
-Result<StepResult> DecodeStep(std::shared_ptr<const v1::StepResponse> response) {
+Result<StepResult> DecodeStep(std::shared_ptr<const v1::StepResponse> response, const FramePtr& keyframe) {
   StepResult result{.stamp = DecodeStamp(response->stamp()), .last_sequence = response->events().last_sequence()};
   for (const v1::CommandResult& command : response->results()) {
     result.created.push_back(EntityId::FromPacked(command.created_id()));
@@ -69,7 +70,9 @@ Result<StepResult> DecodeStep(std::shared_ptr<const v1::StepResponse> response) 
   result.events = *std::move(events);
   if (response->has_stats()) result.stats = DecodeStats(response->stats());
   if (!response->has_frame()) return result;
-  Result<Frame> frame = Frame::Make(std::shared_ptr<const v1::Frame>(response, &response->frame()));
+  Result<FramePtr> whole = WholeFrame(FramePtr(response, &response->frame()), keyframe);
+  if (!whole.ok()) return whole.status();
+  Result<Frame> frame = Frame::Make(*std::move(whole));
   if (!frame.ok()) return frame.status();
   result.frame = *std::move(frame);
   return result;

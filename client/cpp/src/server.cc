@@ -5,6 +5,8 @@
 #include "connection.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
+#include "genphys/wire/error.h"
+#include "requests.h"
 
 namespace genphys::client {
 namespace {
@@ -79,6 +81,39 @@ Result<std::vector<EngineInfo>> Server::ListEngines() const {
     request.set_page_token(response.next_page_token());
   } while (!request.page_token().empty());
   return engines;
+}
+
+std::vector<Result<StepResult>> Server::StepWorlds(std::span<const WorldSteps> wanted,
+                                                   std::optional<std::chrono::milliseconds> deadline) const {
+  v1::StepWorldsRequest request;
+  for (const WorldSteps& each : wanted) {
+    v1::StepRequest* const step = request.add_requests();
+    step->set_world(each.world);
+    EncodeStep(each.steps, each.options, step);
+  }
+  std::vector<std::optional<Result<StepResult>>> found(wanted.size());
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + deadline.value_or(connection_->deadline()));
+  const auto reader = connection_->simulation().StepWorlds(&context, request);
+  for (auto message = std::make_shared<v1::StepWorldsResponse>(); reader->Read(message.get());
+       message = std::make_shared<v1::StepWorldsResponse>()) {
+    for (const v1::StepWorldsResult& result : message->results()) {
+      if (result.index() >= found.size()) continue;
+      std::optional<Result<StepResult>>& place = found[result.index()];
+      if (result.has_refusal()) {
+        place = DecodeRefusal(result.refusal());
+      } else {
+        place = DecodeStep(std::shared_ptr<const v1::StepResponse>(message, &result.response()));
+      }
+    }
+  }
+  Status end = FromGrpc(reader->Finish());
+  if (end.ok()) end = absl::InternalError("the server left a world out");
+  std::vector<Result<StepResult>> results;
+  for (std::optional<Result<StepResult>>& each : found) {
+    results.push_back(each ? *std::move(each) : Result<StepResult>(end));
+  }
+  return results;
 }
 
 }  // namespace genphys::client

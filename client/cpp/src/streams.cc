@@ -93,7 +93,11 @@ Result<std::optional<Frame>> FrameStream::Impl::Next(std::optional<std::chrono::
     if (!message.ok()) return message.status();
     if (!*message) return std::optional<Frame>();
   }
-  Result<Frame> frame = Frame::Make(std::shared_ptr<const v1::Frame>(response, &response->frame()));
+  const FramePtr received(response, &response->frame());
+  Result<FramePtr> whole = WholeFrame(received, keyframe_);
+  if (!whole.ok()) return whole.status();
+  if (received->keyframe_id() != 0 && !received->has_keyframe_step()) keyframe_ = received;
+  Result<Frame> frame = Frame::Make(*std::move(whole));
   if (!frame.ok()) return frame.status();
   return std::optional<Frame>(*std::move(frame));
 }

@@ -4,6 +4,7 @@
 
 #include "genphys/client/streams.h"
 #include "genphys/v1/simulation_service.pb.h"
+#include "keyframes.h"
 #include "resuming_stream.h"
 
 namespace genphys::client {
@@ -37,6 +38,7 @@ class FrameStream::Impl {
  private:
   ResumingStream<v1::WatchFramesRequest, v1::WatchFramesResponse> stream_;
   std::shared_ptr<v1::WatchFramesResponse> first_;
+  FramePtr keyframe_;
 };
 
 }  // namespace genphys::client

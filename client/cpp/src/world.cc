@@ -3,8 +3,10 @@
 #include <utility>
 
 #include "connection.h"
+#include "drive_impl.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
+#include "keyframes.h"
 #include "requests.h"
 #include "streams_impl.h"
 
@@ -32,17 +34,22 @@ WorldInfo::State DecodeState(v1::World::State state) {
 }  // namespace
 
 World::World(std::shared_ptr<Connection> connection, std::string name, bool owned)
-    : connection_(std::move(connection)), name_(std::move(name)), owned_(owned) {}
+    : connection_(std::move(connection)),
+      name_(std::move(name)),
+      owned_(owned),
+      keyframes_(std::make_shared<Keyframes>()) {}
 
 World::World(World&& other) noexcept
     : connection_(std::move(other.connection_)),
       name_(std::move(other.name_)),
-      owned_(std::exchange(other.owned_, false)) {}
+      owned_(std::exchange(other.owned_, false)),
+      keyframes_(std::move(other.keyframes_)) {}
 
 World& World::operator=(World&& other) noexcept {
   std::swap(connection_, other.connection_);
   std::swap(name_, other.name_);
   std::swap(owned_, other.owned_);
+  std::swap(keyframes_, other.keyframes_);
   return *this;
 }
 
@@ -240,10 +247,16 @@ Result<std::shared_ptr<v1::StepResponse>> World::CallStep(v1::StepRequest reques
 Result<StepResult> World::Step(uint32_t steps, const StepOptions& options) {
   v1::StepRequest request;
   EncodeStep(steps, options, &request);
+  const bool deltas = options.frame && options.frame->deltas;
+  const FramePtr keyframe = deltas ? keyframes_->Find(request.mutable_frame()) : nullptr;
+  const v1::FrameRequest wishes = deltas ? request.frame() : v1::FrameRequest();
   Result<std::shared_ptr<v1::StepResponse>> response = CallStep(std::move(request), options.deadline);
   if (!response.ok()) return response.status();
-  return DecodeStep(*std::move(response));
+  if (deltas) keyframes_->Keep(wishes, FramePtr(*response, &(*response)->frame()));
+  return DecodeStep(*std::move(response), keyframe);
 }
+
+Drive World::OpenDrive() const { return Drive(std::make_unique<Drive::Impl>(connection_, name_, keyframes_)); }
 
 Status World::Play(double real_time_factor) {
   v1::PlayWorldRequest request;

@@ -68,6 +68,7 @@ from .events import (
     SensorEntered,
     SensorLeft,
 )
+from .drive import Drive
 from .fields import ForceFieldInfo
 from .frame import Frame, StepResult, StepStats
 from .joints import Joint, JointInfo
@@ -126,6 +127,7 @@ __all__ = [
     "DescriptorsMissing",
     "DivergedError",
     "DrainingError",
+    "Drive",
     "Ellipsoid",
     "EngineInfo",
     "Entity",

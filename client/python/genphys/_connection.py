@@ -65,7 +65,7 @@ class Connection:
         """
         self._check_open()
         try:
-            return self._calls[method](request, timeout=self._deadline(timeout))
+            return self._calls[method](request, timeout=self.deadline(timeout))
         except grpc.RpcError as error:
             raise errors.from_rpc_error(error) from None
         except ValueError as error:
@@ -73,7 +73,7 @@ class Connection:
             raise _closed(self.address) from error
 
     def stream(self, method: str, request: Any, timeout: float | None = None) -> Any:
-        """Starts a server stream and returns the gRPC call; None is no deadline."""
+        """Starts a stream and returns the gRPC call; None is no deadline. `request` is an iterator if that streams too."""
         self._check_open()
         return self._calls[method](request, timeout=timeout)
 
@@ -90,15 +90,20 @@ class Connection:
         self._finalizer()
 
     def _callable(self, method: Any) -> Any:
-        channel = self._stream_channel if method.server_streaming else self._channel
-        make = channel.unary_stream if method.server_streaming else channel.unary_unary
+        if method.client_streaming:
+            make = self._channel.stream_stream
+        elif method.server_streaming:
+            make = self._stream_channel.unary_stream
+        else:
+            make = self._channel.unary_unary
         return make(
             method.path,
             request_serializer=method.request.SerializeToString,
             response_deserializer=method.response.FromString,
         )
 
-    def _deadline(self, timeout: float | None) -> float | None:
+    def deadline(self, timeout: float | None) -> float | None:
+        """Returns the seconds that gRPC is told: None is the connection's default, infinity is no deadline."""
         seconds = self.timeout if timeout is None else timeout
         return seconds if math.isfinite(seconds) else None
 

@@ -93,6 +93,7 @@ class Method(NamedTuple):
     request: Any
     response: Any
     server_streaming: bool
+    client_streaming: bool
 
 
 def _methods_of(service_name: str) -> dict[str, Method]:
@@ -105,6 +106,7 @@ def _methods_of(service_name: str) -> dict[str, Method]:
             request=_class_of(service.methods_by_name[method.name].input_type),
             response=_class_of(service.methods_by_name[method.name].output_type),
             server_streaming=method.server_streaming,
+            client_streaming=method.client_streaming,
         )
         for method in proto.method
     }

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import grpc
 
-from ._contract import message_class
+from ._contract import enum_names, message_class
 
 _DETAILS_KEY = "grpc-status-details-bin"
 
@@ -187,6 +187,8 @@ BY_REASON: dict[str, type[GenphysError]] = {
     kind.default_reason: kind for kind in GenphysError.__subclasses__() if kind.default_reason
 }
 
+_CODES: dict[int, grpc.StatusCode] = {code.value[0]: code for code in grpc.StatusCode}
+
 _BY_CODE: dict[grpc.StatusCode, type[GenphysError]] = {
     grpc.StatusCode.UNAVAILABLE: UnavailableError,
     grpc.StatusCode.DEADLINE_EXCEEDED: DeadlineExceededError,
@@ -209,6 +211,14 @@ def from_rpc_error(error: Any) -> GenphysError:
             field = violations[0].field if violations else ""
     kind = BY_REASON.get(reason) or _BY_CODE.get(code, GenphysError)
     return kind(message, reason=reason, field=field, code=code, metadata=metadata)
+
+
+def from_refusal(refusal: Any) -> GenphysError:
+    """Returns the exception that a Refusal message stands for."""
+    reason = enum_names("ErrorReason", "ERROR_REASON_").get(refusal.reason, "").upper()
+    code = _CODES.get(refusal.code, grpc.StatusCode.UNKNOWN)
+    kind = BY_REASON.get(reason) or _BY_CODE.get(code, GenphysError)
+    return kind(refusal.message, reason=reason, field=refusal.field, code=code)
 
 
 def _details(error: Any) -> list[Any]:

@@ -179,6 +179,11 @@ class Frame:
         return np.unpackbits(bits, count=len(self), bitorder="little").astype(bool)
 
     @property
+    def keyframe_id(self) -> int:
+        """Names the keyframe that this is or was told against; 0 unless deltas were asked for."""
+        return int(self._message.keyframe_id)
+
+    @property
     def skipped_frames(self) -> int:
         """Of `World.frames`: how many frames this listener was too slow to receive since the last one."""
         return int(self._message.skipped_frames)
@@ -229,6 +234,22 @@ class StepStats:
     islands: int
     stages: dict[str, int]
 
+    def __str__(self) -> str:
+        total = sum(self.stages.values())
+        width = max(map(len, (*self.stages, "step")))
+        times = [
+            f"{name:<{width}}{nanoseconds / 1000:12.1f} us {100 * nanoseconds / total if total else 0:5.1f} %"
+            for name, nanoseconds in (*self.stages.items(), ("step", total))
+        ]
+        return "\n".join(
+            [
+                f"entities: {self.entities_asleep} asleep, {self.entities_in_flight} in flight, "
+                f"{self.entities_in_engine} in the engine",
+                f"touching: {self.pairs_tested} pairs, {self.contacts} contacts, {self.islands} islands",
+                *times,
+            ]
+        )
+
 
 class StepResult(Frame):
     """What came of `World.step`: the frame after the last step, and what happened on the way.
@@ -248,9 +269,10 @@ class StepResult(Frame):
         events: tuple[Event, ...],
         created: tuple[Entity, ...],
         stats: StepStats | None,
+        message: Any = None,
     ) -> None:
         # Without a frame the reply is stamped all the same.
-        super().__init__(response.frame, rows, response.stamp)
+        super().__init__(response.frame if message is None else message, rows, response.stamp)
         self.events = events
         self.created = created
         self.stats = stats
@@ -273,29 +295,35 @@ _MERGED = ("positions", "orientations", "linear_velocities", "angular_velocities
 
 
 class DeltaMerger:
-    """Turns keyframes and deltas into whole frames."""
+    """Turns keyframes and deltas of one source of frames into whole frames."""
 
     def __init__(self) -> None:
-        self._keyframe: Frame | None = None
+        self.keyframe: Frame | None = None
+        """The last one that came."""
 
     def merge(self, frame: Frame, message: Any) -> Frame | None:
         """Returns the whole frame, or None for a delta against a keyframe that never came."""
         if not message.HasField("keyframe_step"):
-            self._keyframe = frame
+            self.keyframe = frame
             return frame
-        base = self._keyframe
-        if base is None or base.step != message.keyframe_step or base.epoch != frame.epoch:
+        base = self.keyframe
+        if base is None or base.keyframe_id != message.keyframe_id:
             return None
-        rows = [base.row(each) for each in frame.ids.tolist()]
-        whole = type(message)()
-        whole.CopyFrom(message)
-        whole.ClearField("keyframe_step")
-        for name in _MERGED:
-            if getattr(base._message, name):
-                column = getattr(base, name).copy()
-                column[rows] = getattr(frame, name)
-                setattr(whole, name, column.tobytes())
-        asleep = base.asleep
-        asleep[rows] = frame.asleep
-        whole.asleep = np.packbits(asleep, bitorder="little").tobytes()
-        return Frame(whole, base._rows)
+        return Frame(lay_over(base, message), base._rows)
+
+
+def lay_over(base: Frame, delta: Any) -> Any:
+    """Returns the message of the whole frame that `delta` tells against the keyframe `base`."""
+    rows = np.searchsorted(base.ids, np.frombuffer(delta.entity_ids, _ID))
+    whole = type(delta)()
+    whole.CopyFrom(delta)
+    whole.ClearField("keyframe_step")
+    for name in _MERGED:
+        if getattr(base._message, name):
+            column = getattr(base, name).copy()
+            column[rows] = np.frombuffer(getattr(delta, name), column.dtype).reshape(-1, column.shape[1])
+            setattr(whole, name, column.tobytes())
+    asleep = base.asleep
+    asleep[rows] = np.unpackbits(np.frombuffer(delta.asleep, np.uint8), count=len(rows), bitorder="little")
+    whole.asleep = np.packbits(asleep, bitorder="little").tobytes()
+    return whole

@@ -299,7 +299,7 @@ class FrameRequest:
         entities: Rows of these (`Entity` or id) alone; empty: all.
         dtype: "float64" or "float32".
         joints: What all joints of the world do.
-        deltas: Of `World.frames`: only what changed is sent; the frames you get are whole all the same.
+        deltas: Only what changed since an earlier frame is sent; the frames you get are whole all the same.
     """
 
     poses: bool = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import weakref
 from collections.abc import Iterator
 from types import TracebackType
@@ -13,17 +14,55 @@ from ._connection import Connection
 from ._contract import wire
 from .batch import Batch
 from .commands import Commands
+from .drive import Drive
 from .errors import GenphysError, WorldNotFoundError
 from .events import EntityCreated, EntityUpdated, Event, decode
 from .fields import ForceField, ForceFieldInfo
 from .fields import decode as decode_field
-from .frame import RowsCache, StepResult, stamp_of, stats_of
+from .frame import Frame, Rows, RowsCache, StepResult, lay_over, stamp_of, stats_of
 from .joints import Joint, JointInfo
 from .model import Entity, EntityInfo, Stamp, WorldInfo
 from .queries import Queries
 from .streams import EventStream, FrameStream, Position, Stream
 
 _PAGE_SIZE = 1000
+_KEYFRAMES_MAX = 16
+
+
+@dataclasses.dataclass(frozen=True)
+class PreparedStep:
+    """A StepRequest with the commands collected for it, and how its response is read."""
+
+    world: World
+    pending: Batch
+    request: Any
+    keyframe: Frame | None
+
+    def result(self, response: Any) -> StepResult:
+        """Returns what the response says, and gives what the commands created their ids."""
+        world = self.world
+        created = self.pending._settle(response.results) if self.pending.commands else ()
+        for entity in created:
+            world._names[entity.id] = entity.name
+        rows, whole = self._whole(response.frame)
+        return StepResult(
+            response,
+            rows,
+            tuple(world._event(message) for message in response.events.events),
+            created,
+            stats_of(response.stats) if self.request.stats else None,
+            whole,
+        )
+
+    def _whole(self, message: Any) -> tuple[Rows, Any]:
+        if not message.HasField("keyframe_step"):
+            rows = self.world._rows.rows_of(message)
+            if message.keyframe_id:
+                self.world._keep_keyframe(self.request.frame, Frame(message, rows))
+            return rows, message
+        if self.keyframe is None or self.keyframe.keyframe_id != message.keyframe_id:
+            raise GenphysError("the server sent a delta against a keyframe that it did not send")
+        return self.keyframe._rows, lay_over(self.keyframe, message)
 
 
 class World(Commands, Queries):
@@ -41,7 +80,8 @@ class World(Commands, Queries):
         self._names: dict[int, str] = {}
         self._pending = Batch()
         self._rows = RowsCache()
-        self._streams: weakref.WeakSet[Stream[Any]] = weakref.WeakSet()
+        self._keyframes: dict[bytes, Frame] = {}
+        self._streams: weakref.WeakSet[Stream[Any] | Drive] = weakref.WeakSet()
         # Requests of the usual kinds are made once: copying one is cheaper than filling it.
         self._frame_requests = {True: _encode.frame_request(True), False: None}
 
@@ -162,28 +202,20 @@ class World(Commands, Queries):
             DivergedError: the state became infinite.
             GenphysError: a collected command was refused: none was applied, and all are dropped.
         """
-        pending, self._pending = self._pending, Batch()
-        request = wire.StepRequest(
-            world=self._name,
-            commands=pending.commands,
-            steps=steps,
-            step_size_seconds=step_size,
-            frame=self._frame_requests[frame] if isinstance(frame, bool) else _encode.frame_request(frame),
-            events=_encode.event_filter(events),
-            stats=stats,
-            expected_step=expected_step,
+        prepared = self._prepare_step(
+            steps, frame=frame, events=events, stats=stats, step_size=step_size, expected_step=expected_step
         )
-        response = self._connection.call("Step", request, timeout)
-        created = pending._settle(response.results) if pending.commands else ()
-        for entity in created:
-            self._names[entity.id] = entity.name
-        return StepResult(
-            response,
-            self._rows.rows_of(response.frame),
-            tuple(self._event(message) for message in response.events.events),
-            created,
-            stats_of(response.stats) if stats else None,
-        )
+        return prepared.result(self._connection.call("Step", prepared.request, timeout))
+
+    def drive(self) -> Drive:
+        """Opens a stream of steps whose results need not be waited for one by one.
+
+        `with world.drive() as drive: drive.send(); drive.send(); result = drive.receive()`: the second step is taken
+        while the result of the first is looked at.
+        """
+        drive = Drive(self._connection, self)
+        self._streams.add(drive)
+        return drive
 
     @contextlib.contextmanager
     def batch(self) -> Iterator[Batch]:
@@ -271,6 +303,42 @@ class World(Commands, Queries):
         stream = FrameStream(self._connection, self._name, _encode.frame_request(frame), every, duration)
         self._streams.add(stream)
         return stream
+
+    def _prepare_step(
+        self,
+        steps: int,
+        *,
+        frame: bool | model.FrameRequest,
+        events: bool | model.EventFilter,
+        stats: bool,
+        step_size: float | None,
+        expected_step: int | None,
+    ) -> PreparedStep:
+        pending, self._pending = self._pending, Batch()
+        request = wire.StepRequest(
+            world=self._name,
+            commands=pending.commands,
+            steps=steps,
+            step_size_seconds=step_size,
+            frame=self._frame_requests[frame] if isinstance(frame, bool) else _encode.frame_request(frame),
+            events=_encode.event_filter(events),
+            stats=stats,
+            expected_step=expected_step,
+        )
+        keyframe = None
+        if request.frame.deltas:
+            keyframe = self._keyframes.get(request.frame.SerializeToString())
+        if keyframe is not None:
+            request.frame.keyframe_id = keyframe.keyframe_id
+        return PreparedStep(self, pending, request, keyframe)
+
+    def _keep_keyframe(self, wishes: Any, frame: Frame) -> None:
+        key = type(wishes)()
+        key.CopyFrom(wishes)
+        key.ClearField("keyframe_id")
+        if len(self._keyframes) >= _KEYFRAMES_MAX:
+            self._keyframes.clear()
+        self._keyframes[key.SerializeToString()] = frame
 
     def _create(self, entity: Any) -> Entity:
         request = wire.CreateEntityRequest(world=self._name, entity=entity)

@@ -56,7 +56,12 @@ class FakeServer:
             self.requests.append((name, request))
             return self.answers[name](request, context)
 
-        make = grpc.unary_stream_rpc_method_handler if method.server_streaming else grpc.unary_unary_rpc_method_handler
+        if method.client_streaming:
+            make = grpc.stream_stream_rpc_method_handler
+        elif method.server_streaming:
+            make = grpc.unary_stream_rpc_method_handler
+        else:
+            make = grpc.unary_unary_rpc_method_handler
         return make(
             answer,
             request_deserializer=method.request.FromString,

@@ -91,9 +91,11 @@ def test_rows_that_are_not_sent_again_are_remembered():
 def test_a_delta_is_laid_over_its_keyframe():
     merger = DeltaMerger()
     keyframe = frame_message(asleep=bytes([0b111]))
-    delta = frame_message(ids=[15], offset=100.0, keyframe_step=4, asleep=bytes([0]))
+    keyframe.keyframe_id = 77
+    delta = frame_message(ids=[15], offset=100.0, keyframe_step=4, keyframe_id=77, asleep=bytes([0]))
     delta.stamp.step = 6
-    stranger = frame_message(ids=[15], keyframe_step=3)
+    nothing = wire.Frame(stamp={"step": 7}, keyframe_step=4, keyframe_id=77)
+    stranger = frame_message(ids=[15], keyframe_step=4, keyframe_id=78)
 
     merger.merge(genphys.Frame(keyframe), keyframe)
     whole = merger.merge(genphys.Frame(delta), delta)
@@ -102,4 +104,7 @@ def test_a_delta_is_laid_over_its_keyframe():
     assert whole.ids.tolist() == IDS
     assert whole.positions.tolist() == [[0, 1, 2], [3, 4, 5], [100, 101, 102]]
     assert whole.asleep.tolist() == [True, True, False]
+    same = merger.merge(genphys.Frame(nothing), nothing)
+    assert (same.step, same.asleep.tolist(), len(same)) == (7, [True, True, True], 3)
+    assert same.positions.tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
     assert merger.merge(genphys.Frame(stranger), stranger) is None

@@ -1,6 +1,7 @@
 #include "genphys/hosting/frame_hub.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "frame_subscription.h"
@@ -9,11 +10,11 @@
 namespace genphys {
 namespace {
 
-Bytes Encode(const World& world, const v1::FrameRequest& request, const Stamp& stamp) {
-  v1::WorldStamp encoded_stamp;
-  stamp.Encode(&encoded_stamp);
-  const FrameEncoder frame(world, request, encoded_stamp);
-  return MakeBytes(frame.size(), [&](char* to) { frame.Write(to); });
+Keyframes::Encoded Encode(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+                          Keyframes& keyframes, uint64_t base) {
+  if (request.deltas()) return keyframes.Encode(world, request, stamp, base);
+  const FrameEncoder frame(world, request, stamp);
+  return {MakeBytes(frame.size(), [&](char* to) { frame.Write(to); }), 0};
 }
 
 }  // namespace
@@ -26,14 +27,18 @@ bool FrameHub::HasViewers() const {
   return !layouts_.empty();
 }
 
-void FrameHub::Publish(const World& world, const Stamp& stamp) { Deliver(world, stamp, true); }
+void FrameHub::Publish(const World& world, const Stamp& stamp, Keyframes& keyframes) {
+  Deliver(world, stamp, keyframes, true);
+}
 
-void FrameHub::PublishCurrent(const World& world, const Stamp& stamp) { Deliver(world, stamp, false); }
+void FrameHub::PublishCurrent(const World& world, const Stamp& stamp, Keyframes& keyframes) {
+  Deliver(world, stamp, keyframes, false);
+}
 
-void FrameHub::Deliver(const World& world, const Stamp& stamp, bool is_new) {
+void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new) {
   struct Order {
     const v1::FrameRequest* request;
-    std::vector<std::shared_ptr<FrameSubscription>> takers;
+    std::map<uint64_t, std::vector<std::shared_ptr<FrameSubscription>>> takers;  // by the keyframe that they have
   };
   std::vector<Order> orders;
   std::unique_lock lock(mutex_);
@@ -47,19 +52,34 @@ void FrameHub::Deliver(const World& world, const Stamp& stamp, bool is_new) {
     for (const auto& weak : layout->viewers) {
       const auto viewer = weak.lock();
       if (viewer == nullptr) continue;
-      if (is_new ? viewer->Offer(stamp.step) : viewer->WaitsForCurrent()) order.takers.push_back(viewer);
+      if (is_new ? viewer->Offer(stamp.step) : viewer->WaitsForCurrent())
+        order.takers[viewer->keyframe_].push_back(viewer);
     }
     if (!order.takers.empty()) orders.push_back(std::move(order));
     ++layout;
   }
   lock.unlock();
   // Layouts stay where they are until the world comes here again, so their requests can be read without the lock.
+  v1::WorldStamp encoded_stamp;
+  stamp.Encode(&encoded_stamp);
   for (const Order& order : orders) {
-    const Bytes frame = Encode(world, *order.request, stamp);
-    lock.lock();
-    for (const auto& viewer : order.takers) viewer->Take(frame);
-    lock.unlock();
+    for (const auto& [base, takers] : order.takers) {
+      const Keyframes::Encoded frame = Encode(world, *order.request, encoded_stamp, keyframes, base);
+      std::vector<std::function<void()>> deliveries;
+      lock.lock();
+      for (const auto& viewer : takers) {
+        if (auto delivery = viewer->Take(frame)) deliveries.push_back(std::move(delivery));
+      }
+      lock.unlock();
+      Send(std::move(deliveries), frame.frame.view.size());
+    }
   }
+}
+
+void FrameHub::Send(std::vector<std::function<void()>> deliveries, size_t bytes) {
+  // A single small frame is written sooner than another thread wakes to do it.
+  const bool here = deliveries.size() == 1 && bytes <= kWrittenHereMax;
+  for (std::function<void()>& delivery : deliveries) here ? delivery() : pool_.Post(std::move(delivery));
 }
 
 void FrameHub::End(const Status& why) {

@@ -40,7 +40,8 @@ void FrameSubscription::Open(const Bytes& request) {
     if (!end_ && !status.ok()) end_ = status;
     if (!end_) {
       if (message.has_every_nth_step()) every_nth_step_ = message.every_nth_step();
-      const v1::FrameRequest frame = message.has_frame() ? message.frame() : PosesOfAll();
+      v1::FrameRequest frame = message.has_frame() ? message.frame() : PosesOfAll();
+      frame.clear_keyframe_id();
       const std::string key = frame.SerializeAsString();
       auto layout = std::find_if(hub_->layouts_.begin(), hub_->layouts_.end(),
                                  [&](const FrameHub::Layout& other) { return other.key == key; });
@@ -59,7 +60,7 @@ void FrameSubscription::Next(Receiver receiver) {
   {
     const std::lock_guard lock(hub_->mutex_);
     receiver_ = std::move(receiver);
-    if (newest_) HandOn();
+    if (newest_) hub_->pool_.Post(HandOn());
     Settle();
     waits = WaitsForCurrent();
   }
@@ -81,20 +82,20 @@ bool FrameSubscription::Offer(uint64_t step) {
   return false;
 }
 
-void FrameSubscription::Take(const Bytes& frame) {
+std::function<void()> FrameSubscription::Take(const Keyframes::Encoded& frame) {
   newest_ = frame;
   wants_current_ = false;
-  if (receiver_) HandOn();
+  return receiver_ ? HandOn() : nullptr;
 }
 
-void FrameSubscription::HandOn() {
+std::function<void()> FrameSubscription::HandOn() {
   // The first frame is that of the present, which was not due for anybody.
   const uint64_t skipped = frames_due_ - std::min(frames_due_, frames_seen_ + 1);
   frames_seen_ = frames_due_;
-  hub_->pool_.Post(
-      [receiver = std::exchange(receiver_, nullptr), frame = *std::exchange(newest_, std::nullopt), skipped] {
-        receiver({FrameMessage(frame, skipped), absl::OkStatus()});
-      });
+  keyframe_ = newest_->keyframe_id;
+  return [receiver = std::exchange(receiver_, nullptr), frame = std::exchange(newest_, std::nullopt)->frame, skipped] {
+    receiver({FrameMessage(frame, skipped), absl::OkStatus()});
+  };
 }
 
 void FrameSubscription::Settle() {

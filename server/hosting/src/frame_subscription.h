@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -27,20 +28,23 @@ class FrameSubscription final : public Subscription, public std::enable_shared_f
   bool Offer(uint64_t step);
   /// True if this viewer waits for the frame of the present.
   bool WaitsForCurrent() const { return receiver_ && open_ && !end_ && wants_current_; }
-  /// Takes the encoded frame: hands it on if somebody waits, else keeps it as the newest.
-  void Take(const Bytes& frame);
-  void HandOn();
+  /// Takes the encoded frame: what hands it on if somebody waits, to be run without the lock; else keeps it as the
+  /// newest.
+  std::function<void()> Take(const Keyframes::Encoded& frame);
+  std::function<void()> HandOn();
   void Settle();
 
   const std::shared_ptr<FrameHub> hub_;
   uint64_t every_nth_step_ = 1;
   bool open_ = false;
-  Receiver receiver_;  // set: somebody waits
+  uint64_t keyframe_ = 0;  // that it was sent last
+  Receiver receiver_;      // set: somebody waits
   std::optional<Status> end_;
-  bool wants_current_ = true;    // what it has not seen is what the world is like now
-  std::optional<Bytes> newest_;  // kept for a viewer that leaves out steps, for the world may have gone past it
-  uint64_t frames_due_ = 0;      // since it joined
-  uint64_t frames_seen_ = 0;     // of those: seen or replaced by a newer one
+  bool wants_current_ = true;  // what it has not seen is what the world is like now
+  std::optional<Keyframes::Encoded>
+      newest_;                // kept for a viewer that leaves out steps, for the world may have gone past it
+  uint64_t frames_due_ = 0;   // since it joined
+  uint64_t frames_seen_ = 0;  // of those: seen or replaced by a newer one
 };
 
 }  // namespace genphys

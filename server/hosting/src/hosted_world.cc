@@ -114,7 +114,7 @@ std::shared_ptr<const EventChunk> HostedWorld::PublishEvents() {
 std::shared_ptr<const EventChunk> HostedWorld::Publish() {
   auto chunk = PublishEvents();
   if (chunk == nullptr) events_->Append(stamp(), nullptr);
-  if (frames_->HasViewers()) frames_->Publish(*world_, stamp());
+  if (frames_->HasViewers()) frames_->Publish(*world_, stamp(), keyframes_);
   return chunk;
 }
 
@@ -131,7 +131,9 @@ Status HostedWorld::CheckSteppable() const {
 
 Result<std::vector<CreatedId>> HostedWorld::Apply(std::span<const Command> commands) {
   GENPHYS_RETURN_IF_ERROR(CheckUsable());
-  return world_->Apply(commands);
+  Result<std::vector<CreatedId>> created = world_->Apply(commands);
+  if (created.ok()) keyframes_.FollowCommands(*world_, commands);
+  return created;
 }
 
 Status HostedWorld::Step(std::optional<double> step_size) {
@@ -139,7 +141,9 @@ Status HostedWorld::Step(std::optional<double> step_size) {
     events_->MarkBeginning();
     has_beginning_ = true;
   }
-  return world_->Step(step_size);
+  const Status status = world_->Step(step_size);
+  keyframes_.FollowStep(*world_);
+  return status;
 }
 
 Result<EntityId> HostedWorld::ApplyOne(Command command, std::string_view inner, std::string_view outer) {
@@ -268,13 +272,14 @@ Result<v1::GetWorldResponse> HostedWorld::GetWorld(const v1::GetWorldRequest&) {
 
 Result<v1::ResetWorldResponse> HostedWorld::ResetWorld(const v1::ResetWorldRequest&) {
   world_->Reset();
+  keyframes_.Clear();
   Stop();
   // Without a first step there is no beginning to come back to, and what broke is still broken.
   if (std::exchange(has_beginning_, false)) broken_ = false;
   epoch_ = NewEpoch();
   state_hash_.reset();
   events_->Restart(stamp());
-  if (frames_->HasViewers()) frames_->Publish(*world_, stamp());
+  if (frames_->HasViewers()) frames_->Publish(*world_, stamp(), keyframes_);
   v1::ResetWorldResponse response;
   stamp().Encode(response.mutable_stamp());
   return response;
@@ -302,6 +307,7 @@ Result<v1::PauseWorldResponse> HostedWorld::PauseWorld(const v1::PauseWorldReque
 
 void HostedWorld::Break(const Status& why) {
   broken_ = true;
+  keyframes_.Clear();
   spdlog::error("{} is faulted: {}", name_, MessageOf(why));
 }
 

@@ -11,6 +11,7 @@
 
 #include "genphys/hosting/event_log.h"
 #include "genphys/hosting/frame_hub.h"
+#include "genphys/hosting/keyframes.h"
 #include "genphys/hosting/pace.h"
 #include "genphys/hosting/stamp.h"
 #include "genphys/status.h"
@@ -72,6 +73,7 @@ class HostedWorld {
   World& world() { return *world_; }
   const std::shared_ptr<EventLog>& events() const { return events_; }
   const std::shared_ptr<FrameHub>& frames() const { return frames_; }
+  Keyframes& keyframes() { return keyframes_; }
 
  private:
   HostedWorld(WorkerPool& pool, std::string name, std::unique_ptr<World> world, bool record_state_hash,
@@ -95,6 +97,7 @@ class HostedWorld {
   std::optional<Pace> pace_;            // set: it plays
   std::shared_ptr<EventLog> events_;
   std::shared_ptr<FrameHub> frames_;
+  Keyframes keyframes_;
 };
 
 }  // namespace genphys

@@ -126,7 +126,8 @@ void InProcessHost::Handle(WorldCall call, Reply reply) {
   if (pending->call.method == WorldMethod::kGetWorld) {
     return strand_->PostUrgent([self = shared_from_this(), pending] { self->Serve(*pending); });
   }
-  const bool is_quick = pending->call.method == WorldMethod::kStep && !pending->call.has_commands && is_quick_;
+  const bool is_quick = pending->call.method == WorldMethod::kStep && pending->call.may_run_here &&
+                        !pending->call.has_commands && is_quick_;
   auto serve = [self = shared_from_this(), pending] { return self->Serve(*pending); };
   if (is_quick) {
     strand_->RunOrPost(std::move(serve));
@@ -246,7 +247,7 @@ void InProcessHost::Play(uint64_t generation) {
 
 void InProcessHost::PublishCurrent() {
   try {
-    hosted_->frames()->PublishCurrent(hosted_->world(), hosted_->stamp());
+    hosted_->frames()->PublishCurrent(hosted_->world(), hosted_->stamp(), hosted_->keyframes());
   } catch (const std::exception& exception) {
     spdlog::error("no frame can be made: {}", exception.what());
   }

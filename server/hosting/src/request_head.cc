@@ -51,6 +51,21 @@ std::optional<std::string_view> TakePayload(uint32_t wire_type, std::string_view
   return payload;
 }
 
+// Calls `visit(number, payload)` for each length-delimited field. False when the bytes are no protobuf message.
+template <typename Visit>
+bool ForEachField(std::string_view bytes, Visit visit) {
+  while (!bytes.empty()) {
+    const std::optional<uint64_t> tag = TakeVarint(bytes);
+    if (!tag || *tag > UINT32_MAX) return false;
+    const auto number = static_cast<uint32_t>(*tag >> 3);
+    const auto wire_type = static_cast<uint32_t>(*tag & 7);
+    const std::optional<std::string_view> payload = TakePayload(wire_type, bytes);
+    if (number == 0 || !payload) return false;
+    if (wire_type == kLengthDelimited) visit(number, *payload);
+  }
+  return true;
+}
+
 }  // namespace
 
 RequestHeadFields RequestHeadFields::Of(const google::protobuf::Descriptor& request) {
@@ -65,20 +80,21 @@ RequestHeadFields RequestHeadFields::Of(const google::protobuf::Descriptor& requ
 
 std::optional<RequestHead> ScanRequestHead(const RequestHeadFields& fields, std::string_view bytes) {
   RequestHead head;
-  while (!bytes.empty()) {
-    const std::optional<uint64_t> tag = TakeVarint(bytes);
-    if (!tag || *tag > UINT32_MAX) return std::nullopt;
-    const auto number = static_cast<uint32_t>(*tag >> 3);
-    const auto wire_type = static_cast<uint32_t>(*tag & 7);
-    const std::optional<std::string_view> payload = TakePayload(wire_type, bytes);
-    if (number == 0 || !payload) return std::nullopt;
-    if (wire_type != kLengthDelimited) continue;
+  const bool good = ForEachField(bytes, [&](uint32_t number, std::string_view payload) {
     // A field that comes twice counts as the last one, as it does for every decoder.
-    if (number == fields.world) head.world = *payload;
-    if (number == fields.request_id) head.request_id = *payload;
+    if (number == fields.world) head.world = payload;
+    if (number == fields.request_id) head.request_id = payload;
     if (number == fields.commands) head.has_commands = true;
-  }
-  return head;
+  });
+  return good ? std::optional(head) : std::nullopt;
+}
+
+std::optional<std::vector<std::string_view>> ScanPayloads(uint32_t number, std::string_view bytes) {
+  std::vector<std::string_view> payloads;
+  const bool good = ForEachField(bytes, [&](uint32_t found, std::string_view payload) {
+    if (found == number) payloads.push_back(payload);
+  });
+  return good ? std::optional(std::move(payloads)) : std::nullopt;
 }
 
 }  // namespace genphys

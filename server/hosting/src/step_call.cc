@@ -1,6 +1,8 @@
 #include "step_call.h"
 
+#include <algorithm>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "genphys/hosting/world_methods.h"
@@ -81,10 +83,19 @@ Bytes StepCall::Finish() {
 }
 
 Bytes StepCall::WithFrame() const {
-  // The columns go straight to where the reply is sent from.
-  const FrameEncoder frame(hosted_.world(), request_.frame(), response_.stamp());
   const size_t rest = response_.ByteSizeLong();
   constexpr int kField = v1::StepResponse::kFrameFieldNumber;
+  if (request_.frame().deltas()) {
+    const Keyframes::Encoded encoded = hosted_.keyframes().Encode(hosted_.world(), request_.frame(), response_.stamp(),
+                                                                  request_.frame().keyframe_id());
+    const std::string_view frame = encoded.frame.view;
+    return MakeBytes(rest + FieldHeaderSize(kField, frame.size()) + frame.size(), [&](char* to) {
+      response_.SerializeWithCachedSizesToArray(reinterpret_cast<uint8_t*>(to));
+      std::copy(frame.begin(), frame.end(), WriteFieldHeader(kField, frame.size(), to + rest));
+    });
+  }
+  // The columns go straight to where the reply is sent from.
+  const FrameEncoder frame(hosted_.world(), request_.frame(), response_.stamp());
   return MakeBytes(rest + FieldHeaderSize(kField, frame.size()) + frame.size(), [&](char* to) {
     response_.SerializeWithCachedSizesToArray(reinterpret_cast<uint8_t*>(to));
     frame.Write(WriteFieldHeader(kField, frame.size(), to + rest));

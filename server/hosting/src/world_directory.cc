@@ -7,7 +7,9 @@
 #include <random>
 #include <utility>
 
+#include "genphys/hosting/step_worlds_call.h"
 #include "genphys/hosting/world_methods.h"
+#include "genphys/v1/simulation_service.pb.h"
 #include "page_token.h"
 
 namespace genphys {
@@ -26,6 +28,24 @@ std::string GeneratedName() {
   std::string name = std::string(kNamePrefix) + "w-";
   for (int i = 0; i < kLength; ++i) name += kLetters[any(device)];
   return name;
+}
+
+// The requests of a StepWorldsRequest, which keep its bytes alive.
+Result<std::vector<Bytes>> RequestsOf(const Bytes& request) {
+  constexpr int kField = v1::StepWorldsRequest::kRequestsFieldNumber;
+  static const uint64_t requests_max =
+      v1::StepWorldsRequest::descriptor()->FindFieldByNumber(kField)->options().GetExtension(v1::limit).max_items();
+  const auto payloads = ScanPayloads(kField, request.view);
+  if (!payloads) return Refuse(Reason::kInvalidValue, "", "the bytes sent are no genphys.v1.StepWorldsRequest");
+  if (payloads->empty()) return Refuse(Reason::kMissingField, "requests", "requests must not be empty");
+  if (payloads->size() > requests_max) {
+    return Refuse(Reason::kOutOfRange, "requests",
+                  "requests must have at most " + std::to_string(requests_max) + " elements, has " +
+                      std::to_string(payloads->size()));
+  }
+  std::vector<Bytes> requests;
+  for (const std::string_view payload : *payloads) requests.push_back({payload, request.owner});
+  return requests;
 }
 
 // A stream that never was.
@@ -270,16 +290,45 @@ std::shared_ptr<Subscription> WorldDirectory::Watch(WorldMethod method, Bytes re
   return host->Watch(method, std::move(call.request));
 }
 
+std::shared_ptr<Subscription> WorldDirectory::StepWorlds(const Bytes& request,
+                                                         std::chrono::steady_clock::time_point deadline) {
+  if (draining_) return std::make_shared<EndedSubscription>(pool_, Draining());
+  Result<std::vector<Bytes>> requests = RequestsOf(request);
+  if (!requests.ok()) return std::make_shared<EndedSubscription>(pool_, requests.status());
+  auto call = std::make_shared<StepWorldsCall>(*std::move(requests), deadline, [this](WorldCall step, Reply reply) {
+    Handle(std::move(step), std::move(reply));
+  });
+  call->Begin();
+  return call;
+}
+
+std::shared_ptr<Drive> WorldDirectory::OpenDrive(std::chrono::steady_clock::time_point deadline) {
+  auto drive = std::make_shared<Drive>(
+      deadline, [this](WorldCall step, Reply reply) { Handle(std::move(step), std::move(reply)); });
+  {
+    const std::lock_guard lock(mutex_);
+    drives_.remove_if([](const auto& other) { return other.expired(); });
+    drives_.push_back(drive);
+  }
+  if (draining_) drive->End(Draining());
+  return drive;
+}
+
 void WorldDirectory::Drain() {
   draining_ = true;
   std::vector<std::shared_ptr<WorldHost>> hosts;
+  std::list<std::weak_ptr<Drive>> drives;
   {
     const std::lock_guard lock(mutex_);
+    drives.swap(drives_);
     for (const auto& [key, host] : worlds_) {
       if (host != nullptr) hosts.push_back(host);
     }
   }
   for (const auto& host : hosts) host->Drain(Draining());
+  for (const auto& weak : drives) {
+    if (const auto drive = weak.lock()) drive->End(Draining());
+  }
 }
 
 }  // namespace genphys

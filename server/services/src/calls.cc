@@ -5,7 +5,6 @@
 #include "transport.h"
 
 namespace genphys {
-namespace {
 
 std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerContext& context) {
   const auto deadline = context.deadline();
@@ -13,8 +12,6 @@ std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerConte
   if (deadline == std::chrono::system_clock::time_point::max()) return std::chrono::steady_clock::time_point::max();
   return std::chrono::steady_clock::now() + (deadline - std::chrono::system_clock::now());
 }
-
-}  // namespace
 
 Reply Replier(grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response) {
   return [reactor, response](const Result<Bytes>& reply) {
@@ -48,6 +45,27 @@ void MessageStream::AskForMore() {
     if (delivery.message) {
       message_ = ToByteBuffer(*delivery.message);
       StartWrite(&message_);
+    } else {
+      Finish(ToGrpcStatus(delivery.end));
+    }
+  });
+}
+
+void DriveStream::OnReadDone(bool ok) {
+  if (!ok) return drive_->CloseInput();
+  drive_->Take(ToBytes(request_), [this] { StartRead(&request_); });
+}
+
+void DriveStream::OnWriteDone(bool ok) {
+  if (!ok) drive_->Cancel();
+  AskForMore();
+}
+
+void DriveStream::AskForMore() {
+  drive_->Next([this](const Delivery& delivery) {
+    if (delivery.message) {
+      reply_ = ToByteBuffer(*delivery.message);
+      StartWrite(&reply_);
     } else {
       Finish(ToGrpcStatus(delivery.end));
     }

@@ -1,11 +1,15 @@
 #pragma once
 #include <grpcpp/grpcpp.h>
 
+#include <chrono>
 #include <memory>
 
 #include "genphys/hosting/world_directory.h"
 
 namespace genphys {
+
+/// When the caller stops waiting.
+std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerContext& context);
 
 /// What answers a unary call; to be called once, on any thread. `reactor` is the default one of the call's context:
 /// gRPC ends any other one on a thread that has to be woken for that.
@@ -31,6 +35,27 @@ class MessageStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   const std::shared_ptr<Subscription> subscription_;
   grpc::ByteBuffer message_;
+};
+
+/// A stream of steps: reads when its drive is ready for a request, and writes what that answers.
+class DriveStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
+ public:
+  explicit DriveStream(std::shared_ptr<Drive> drive) : drive_(std::move(drive)) {
+    AskForMore();
+    StartRead(&request_);
+  }
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override { drive_->Cancel(); }
+  void OnDone() override { delete this; }
+
+ private:
+  void AskForMore();
+
+  const std::shared_ptr<Drive> drive_;
+  grpc::ByteBuffer request_;
+  grpc::ByteBuffer reply_;
 };
 
 }  // namespace genphys

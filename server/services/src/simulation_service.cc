@@ -86,4 +86,14 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::WatchFrames(grpc:
   return new MessageStream(directory_.Watch(WorldMethod::kWatchFrames, ToBytes(*request)));
 }
 
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SimulationService::StepWorlds(grpc::CallbackServerContext* context,
+                                                                          const grpc::ByteBuffer* request) {
+  return new MessageStream(directory_.StepWorlds(ToBytes(*request), DeadlineOf(*context)));
+}
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* SimulationService::Drive(
+    grpc::CallbackServerContext* context) {
+  return new DriveStream(directory_.OpenDrive(DeadlineOf(*context)));
+}
+
 }  // namespace genphys

@@ -19,7 +19,9 @@ using RawSimulationService =
                                                 v1::SimulationService::WithRawCallbackMethod_GetContacts<
                                                     v1::SimulationService::WithRawCallbackMethod_WatchEvents<
                                                         v1::SimulationService::WithRawCallbackMethod_WatchFrames<
-                                                            v1::SimulationService::Service>>>>>>>>>>>>>>>>;
+                                                            v1::SimulationService::WithRawCallbackMethod_StepWorlds<
+                                                                v1::SimulationService::WithRawCallbackMethod_Drive<
+                                                                    v1::SimulationService::Service>>>>>>>>>>>>>>>>>>;
 
 /// Hands encoded requests to worlds, and encoded replies and streams back.
 class SimulationService final : public RawSimulationService {
@@ -58,6 +60,9 @@ class SimulationService final : public RawSimulationService {
                                                           const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchFrames(grpc::CallbackServerContext* context,
                                                           const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* StepWorlds(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Drive(grpc::CallbackServerContext* context) override;
 
  private:
   WorldDirectory& directory_;

@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "genphys/state.h"
@@ -10,17 +12,27 @@
 
 namespace genphys {
 
+/// Which keyframe a frame is, or which one it is against.
+struct FrameNames {
+  uint64_t keyframe_id = 0;               // zero: none
+  std::optional<uint64_t> keyframe_step;  // set: it is a delta
+};
+
 /// The living entities that a request names, or all, as columns in ascending order of id: an encoded v1::Frame that is
-/// written where it is wanted, in one pass over the rows. Every frame is whole, whether deltas were asked for or not.
-/// `state` and `request` stay as they are until it is written.
+/// written where it is wanted, in one pass over the rows. `state` and `request` stay as they are until it is written.
 class FrameEncoder {
  public:
   /// Without joints.
   FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
-      : FrameEncoder(state, request, stamp, nullptr) {}
+      : FrameEncoder(state, request, stamp, nullptr, {}, {}) {}
   /// With the joints of the world, if they are asked for.
   FrameEncoder(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
-      : FrameEncoder(world.state(), request, stamp, request.joints() ? &world : nullptr) {}
+      : FrameEncoder(world, request, stamp, {}, {}) {}
+  /// The same as a keyframe; or, against one, no more than `delta_rows` of the state, in ascending order of their ids.
+  FrameEncoder(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+               const FrameNames& names, std::vector<uint32_t> delta_rows)
+      : FrameEncoder(world.state(), request, stamp, request.joints() ? &world : nullptr, names, std::move(delta_rows)) {
+  }
 
   /// Bytes of the message.
   size_t size() const { return size_; }
@@ -29,7 +41,7 @@ class FrameEncoder {
 
  private:
   FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-               const World* joints_of);
+               const World* joints_of, const FrameNames& names, std::vector<uint32_t> delta_rows);
 
   // A column of the message: `width` scalars per row, of one or two columns of the model side by side.
   struct Column {
@@ -40,9 +52,8 @@ class FrameEncoder {
     size_t second_width = 0;
   };
 
-  void ChooseRows(const v1::FrameRequest& request);
   void ChooseColumns(const v1::FrameRequest& request);
-  void MakeHead(const v1::WorldStamp& stamp, const World* joints_of);
+  void MakeHead(const v1::WorldStamp& stamp, const FrameNames& names, const World* joints_of);
   size_t row(size_t i) const { return rows_.empty() ? i : rows_[i]; }
   size_t ColumnBytes(const Column& column) const;
   void WriteIds(char* to) const;
@@ -53,7 +64,7 @@ class FrameEncoder {
   const StateArrays& state_;
   const v1::Scalar scalar_;
   size_t count_ = 0;
-  std::vector<uint32_t> rows_;  // in ascending order of their ids; empty: the first count_
+  std::vector<uint32_t> rows_;  // in ascending order of their ids; empty: the first count_, which a delta has none of
   std::vector<Column> columns_;
   std::string head_;  // all fields but the columns of entities
   size_t size_ = 0;

@@ -20,6 +20,12 @@ Status DecodeStatus(const google::rpc::Status& status);
 /// Why one command of a batch was refused. Errors that are no refusal have the reason UNSPECIFIED.
 void EncodeError(const Status& status, v1::Error* out);
 
+/// `status` as a message of a stream. Errors that are no refusal have the reason UNSPECIFIED.
+void EncodeRefusal(const Status& status, v1::Refusal* out);
+
+/// The status that EncodeRefusal() was given.
+Status DecodeRefusal(const v1::Refusal& refusal);
+
 /// The same reason on the wire.
 v1::ErrorReason EncodeReason(Reason reason);
 

@@ -62,6 +62,7 @@ struct FrameOptions {
   bool velocities = true;
   bool net_forces = false;
   bool joints = false;             // what all joints of the world are doing
+  bool deltas = false;             // only rows that changed are sent; the frames that come out are whole all the same
   std::vector<EntityId> entities;  // empty: all
 };
 

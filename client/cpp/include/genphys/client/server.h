@@ -1,5 +1,9 @@
 #pragma once
+#include <chrono>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +21,13 @@ struct EngineInfo {
   std::vector<Feature> features;  // ascending
 };
 
+/// What one of many worlds shall do.
+struct WorldSteps {
+  std::string world;  // as World::name() tells it
+  uint32_t steps = 1;
+  StepOptions options;  // without a deadline: all have that of the call
+};
+
 /// A connection to one server; copies share it. Safe to use from several threads. Worlds keep it open.
 class Server {
  public:
@@ -28,6 +39,11 @@ class Server {
   Result<std::vector<std::string>> ListWorlds() const;
   /// In order of name.
   Result<std::vector<EngineInfo>> ListEngines() const;
+
+  /// Steps many worlds in one call, in parallel on the server. Result i is what World::Step() would say of `wanted[i]`;
+  /// those that did not come because the call ended early have its status. Not tried again.
+  std::vector<Result<StepResult>> StepWorlds(std::span<const WorldSteps> wanted,
+                                             std::optional<std::chrono::milliseconds> deadline = std::nullopt) const;
 
  private:
   friend Result<Server> Connect(const std::string& address, const ConnectOptions& options);

@@ -8,6 +8,7 @@
 
 #include "genphys/client/frame.h"
 #include "genphys/client/options.h"
+#include "genphys/client/stats.h"
 #include "genphys/client/streams.h"
 #include "genphys/command.h"
 #include "genphys/event.h"
@@ -23,21 +24,8 @@ class StepResponse;
 namespace genphys::client {
 
 class Connection;
-
-/// Where the work of a step went.
-struct Stats {
-  struct Stage {
-    std::string name;
-    uint64_t nanoseconds = 0;
-  };
-  uint32_t entities_asleep = 0;
-  uint32_t entities_in_flight = 0;
-  uint32_t entities_in_engine = 0;
-  uint32_t pairs = 0;
-  uint32_t contacts = 0;
-  uint32_t islands = 0;
-  std::vector<Stage> stages;
-};
+class Drive;
+class Keyframes;
 
 /// What came of a step.
 struct StepResult {
@@ -137,6 +125,8 @@ class World {
 
   /// Commands in, `steps` steps, a frame and events out, in one round trip.
   Result<StepResult> Step(uint32_t steps = 1, const StepOptions& options = {});
+  /// Opens a stream of steps, for whoever does not want to wait for each; include "genphys/client/drive.h".
+  Drive OpenDrive() const;
 
   /// Lets it move by itself: `real_time_factor` simulated seconds per second, zero for as fast as possible.
   Status Play(double real_time_factor = 1);
@@ -183,6 +173,7 @@ class World {
   std::shared_ptr<Connection> connection_;
   std::string name_;
   bool owned_ = false;
+  std::shared_ptr<Keyframes> keyframes_;
 };
 
 }  // namespace genphys::client

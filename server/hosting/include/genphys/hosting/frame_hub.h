@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "genphys/hosting/keyframes.h"
 #include "genphys/hosting/stamp.h"
 #include "genphys/hosting/subscription.h"
 #include "genphys/hosting/worker_pool.h"
@@ -19,10 +21,14 @@ namespace genphys {
 class FrameSubscription;
 
 /// The viewers of one world. Newest wins: a viewer that is not done with a frame misses those that come meanwhile, and
-/// is told how many. A frame is encoded once for all who ask for the same columns, and not at all while nobody waits
-/// for it. Viewers never hold up the world. Thread-safe, but Publish() and PublishCurrent() are the world's alone.
+/// is told how many. A frame is encoded once for all who ask for the same columns and, of deltas, have the same
+/// keyframe, and not at all while nobody waits for it. Viewers never hold up the world. Thread-safe, but Publish() and
+/// PublishCurrent() are the world's alone.
 class FrameHub : public std::enable_shared_from_this<FrameHub> {
  public:
+  /// A frame of up to so many bytes, for one viewer alone, is sent by the world's own thread.
+  static constexpr size_t kWrittenHereMax = 4096;
+
   /// `call_current` is called, on any thread and with no lock held, when a viewer waits for the frame of the present:
   /// the world then calls PublishCurrent() soon.
   FrameHub(WorkerPool& pool, std::function<void()> call_current);
@@ -30,9 +36,9 @@ class FrameHub : public std::enable_shared_from_this<FrameHub> {
   /// Whether Publish() at `step` would have anything to do; cheap.
   bool HasViewers() const;
   /// `world` changed: it is at the step of `stamp` now.
-  void Publish(const World& world, const Stamp& stamp);
+  void Publish(const World& world, const Stamp& stamp, Keyframes& keyframes);
   /// Serves those who wait for the frame of the present.
-  void PublishCurrent(const World& world, const Stamp& stamp);
+  void PublishCurrent(const World& world, const Stamp& stamp, Keyframes& keyframes);
   /// Ends all present and future streams with `why`.
   void End(const Status& why);
 
@@ -49,7 +55,8 @@ class FrameHub : public std::enable_shared_from_this<FrameHub> {
     std::vector<std::weak_ptr<FrameSubscription>> viewers;
   };
 
-  void Deliver(const World& world, const Stamp& stamp, bool is_new);
+  void Send(std::vector<std::function<void()>> deliveries, size_t bytes);
+  void Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new);
 
   WorkerPool& pool_;
   const std::function<void()> call_current_;

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace google::protobuf {
 class Descriptor;
@@ -29,5 +30,9 @@ struct RequestHeadFields {
 /// Finds them in an encoded request without decoding it, at the cost of a step per top-level field. Nothing when the
 /// bytes are no protobuf message.
 std::optional<RequestHead> ScanRequestHead(const RequestHeadFields& fields, std::string_view bytes);
+
+/// What the length-delimited field `number` of an encoded message holds, each time that it comes; views into `bytes`.
+/// Nothing when the bytes are no protobuf message.
+std::optional<std::vector<std::string_view>> ScanPayloads(uint32_t number, std::string_view bytes);
 
 }  // namespace genphys

@@ -21,7 +21,7 @@ class Subscription {
 
   virtual ~Subscription() = default;
 
-  /// Calls `receiver` once, when there is a message or the stream ends: on any thread, but never before this returns.
+  /// Calls `receiver` once, when there is a message or the stream ends: on any thread, perhaps before this returns.
   /// The next call comes after that, and none after the end.
   virtual void Next(Receiver receiver) = 0;
 

@@ -1,8 +1,10 @@
 #pragma once
 #include <atomic>
+#include <chrono>
 #include <compare>
 #include <cstddef>
 #include <functional>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -11,6 +13,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "genphys/hosting/drive.h"
 #include "genphys/hosting/reply_cache.h"
 #include "genphys/hosting/worker_pool.h"
 #include "genphys/hosting/world_host.h"
@@ -47,6 +50,10 @@ class WorldDirectory {
   void Handle(WorldCall call, Reply reply);
   /// Subscribes at a world. A stream that cannot be ends at once with the reason.
   std::shared_ptr<Subscription> Watch(WorldMethod method, Bytes request);
+  /// The replies to an encoded StepWorldsRequest. One that is wrong as a whole ends at once with the reason.
+  std::shared_ptr<Subscription> StepWorlds(const Bytes& request, std::chrono::steady_clock::time_point deadline);
+  /// A stream of steps, of whichever worlds they name.
+  std::shared_ptr<Drive> OpenDrive(std::chrono::steady_clock::time_point deadline);
 
   /// From now on everything is refused with DRAINING, streams end with it, and no world moves by itself. Calls under
   /// way go on.
@@ -73,6 +80,7 @@ class WorldDirectory {
   std::map<WorldKey, std::shared_ptr<WorldHost>> worlds_;  // null: being made
   ReplyCache created_;
   std::unordered_map<std::string, std::shared_ptr<Creation>> being_created_;  // by request id
+  std::list<std::weak_ptr<Drive>> drives_;
 };
 
 }  // namespace genphys

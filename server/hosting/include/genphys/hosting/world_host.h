@@ -46,6 +46,8 @@ struct WorldCall {
   /// Whether nobody waits any more; work stops at the next step boundary then. Asked until the reply is made. Empty:
   /// somebody always does.
   std::function<bool()> is_cancelled;
+  /// Whether a quick step may be done on the thread that brings it. False: that one has others to bring.
+  bool may_run_here = true;
 
   /// CANCELLED, DEADLINE_EXCEEDED, or OK while somebody waits for the reply.
   Status CheckWanted() const;

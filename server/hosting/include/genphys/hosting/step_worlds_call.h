@@ -1,0 +1,56 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "genphys/hosting/stream_reply.h"
+#include "genphys/hosting/subscription.h"
+#include "genphys/hosting/world_host.h"
+
+namespace genphys {
+
+/// A call of StepWorlds under way: its requests go to their worlds, its replies to whoever asks for the next message.
+/// It holds little, however many worlds there are and however slowly the client reads: see the bounds. Thread-safe.
+class StepWorldsCall final : public Subscription, public std::enable_shared_from_this<StepWorldsCall> {
+ public:
+  /// Requests that are with their worlds, or whose replies were not sent; the others wait.
+  static constexpr size_t kUnderWayMax = 64;
+  /// While replies that were not sent have so many bytes, no other request goes to its world.
+  static constexpr size_t kUnsentBytesMax = 16 << 20;
+  /// A message ends with the reply that reaches this size, so that it stays below what gRPC clients accept by default.
+  static constexpr size_t kMessageBytesMax = 1 << 20;
+
+  /// `requests` are encoded StepRequests, `serve` answers each.
+  StepWorldsCall(std::vector<Bytes> requests, std::chrono::steady_clock::time_point deadline, ServeCall serve)
+      : requests_(std::move(requests)), deadline_(deadline), serve_(std::move(serve)) {}
+
+  /// Sends the first requests to their worlds.
+  void Begin() { BeginMore(); }
+
+  void Next(Receiver receiver) override;
+  void Cancel() override;
+
+ private:
+  void BeginMore();
+  void Finish(size_t index, const Result<Bytes>& outcome);
+  void Deliver(std::unique_lock<std::mutex>& lock);
+  EncodedMessage TakeMessage();
+
+  std::vector<Bytes> requests_;
+  const std::chrono::steady_clock::time_point deadline_;
+  const ServeCall serve_;
+  std::atomic<bool> cancelled_ = false;
+  std::mutex mutex_;
+  bool beginning_ = false;  // a thread is at it
+  size_t begun_ = 0;
+  size_t with_worlds_ = 0;
+  std::deque<EncodedMessage> unsent_;
+  size_t unsent_bytes_ = 0;
+  Receiver receiver_;  // set: somebody waits
+};
+
+}  // namespace genphys

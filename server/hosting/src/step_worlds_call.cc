@@ -1,0 +1,105 @@
+#include "genphys/hosting/step_worlds_call.h"
+
+#include <string>
+#include <utility>
+
+#include "genphys/v1/simulation_service.pb.h"
+#include "genphys/wire/wire_format.h"
+
+namespace genphys {
+namespace {
+
+constexpr ReplyFields kFields{v1::StepWorldsResult::kResponseFieldNumber, v1::StepWorldsResult::kRefusalFieldNumber};
+
+// A field of StepWorldsResponse.
+EncodedMessage EncodeResult(size_t index, const Result<Bytes>& outcome) {
+  EncodedMessage pieces = EncodeOutcome(kFields, outcome);
+  std::string number;
+  AppendVarintField(v1::StepWorldsResult::kIndexFieldNumber, index, number);
+  std::string head;
+  AppendFieldHeader(v1::StepWorldsResponse::kResultsFieldNumber, number.size() + SizeOf(pieces), head);
+  head += number;
+  head += pieces.front().view;
+  pieces.front() = MakeBytes(std::move(head));
+  return pieces;
+}
+
+}  // namespace
+
+void StepWorldsCall::BeginMore() {
+  std::unique_lock lock(mutex_);
+  // A world may answer before it returns, which then only leaves word.
+  if (std::exchange(beginning_, true)) return;
+  while (!cancelled_ && begun_ < requests_.size() && with_worlds_ + unsent_.size() < kUnderWayMax &&
+         unsent_bytes_ < kUnsentBytesMax) {
+    const size_t index = begun_++;
+    ++with_worlds_;
+    WorldCall call{.method = WorldMethod::kStep,
+                   .request = std::exchange(requests_[index], {}),
+                   .deadline = deadline_,
+                   .is_cancelled = [self = shared_from_this()] { return self->cancelled_.load(); },
+                   .may_run_here = false};
+    lock.unlock();
+    serve_(std::move(call),
+           [self = shared_from_this(), index](const Result<Bytes>& outcome) { self->Finish(index, outcome); });
+    lock.lock();
+  }
+  beginning_ = false;
+}
+
+void StepWorldsCall::Finish(size_t index, const Result<Bytes>& outcome) {
+  EncodedMessage result = EncodeResult(index, outcome);
+  std::unique_lock lock(mutex_);
+  --with_worlds_;
+  unsent_bytes_ += SizeOf(result);
+  unsent_.push_back(std::move(result));
+  Deliver(lock);
+  BeginMore();
+}
+
+void StepWorldsCall::Next(Receiver receiver) {
+  // Whoever receives the end may let go of this.
+  const auto self = shared_from_this();
+  std::unique_lock lock(mutex_);
+  receiver_ = std::move(receiver);
+  Deliver(lock);
+  BeginMore();
+}
+
+void StepWorldsCall::Cancel() {
+  const auto self = shared_from_this();
+  std::unique_lock lock(mutex_);
+  cancelled_ = true;
+  Deliver(lock);
+}
+
+EncodedMessage StepWorldsCall::TakeMessage() {
+  EncodedMessage message;
+  size_t bytes = 0;
+  while (!unsent_.empty() && bytes < kMessageBytesMax) {
+    bytes += SizeOf(unsent_.front());
+    std::move(unsent_.front().begin(), unsent_.front().end(), std::back_inserter(message));
+    unsent_.pop_front();
+  }
+  unsent_bytes_ -= bytes;
+  return message;
+}
+
+void StepWorldsCall::Deliver(std::unique_lock<std::mutex>& lock) {
+  const bool is_done = begun_ == requests_.size() && with_worlds_ == 0;
+  Receiver receiver;
+  Delivery delivery;
+  if (receiver_ && cancelled_) {
+    receiver = std::exchange(receiver_, nullptr);
+    delivery.end = absl::CancelledError("the caller is gone");
+  } else if (receiver_ && !unsent_.empty()) {
+    receiver = std::exchange(receiver_, nullptr);
+    delivery.message = TakeMessage();
+  } else if (receiver_ && is_done) {
+    receiver = std::exchange(receiver_, nullptr);
+  }
+  lock.unlock();
+  if (receiver) receiver(std::move(delivery));
+}
+
+}  // namespace genphys
