@@ -26,16 +26,6 @@ Times Timed(uint32_t count, Work work) {
   return times;
 }
 
-void Check(const Status& status) {
-  if (!status.ok()) throw std::runtime_error(status.ToString());
-}
-
-template <typename T>
-T Must(Result<T> result) {
-  Check(result.status());
-  return *std::move(result);
-}
-
 std::vector<Command> Creations(const Scene& scene) {
   std::vector<Command> commands;
   for (const EntityDesc& entity : scene.entities) commands.push_back(CreateEntity{entity});
@@ -48,6 +38,12 @@ void AdvanceByCalls(client::World& world, uint32_t steps) {
   for (uint32_t done = 0; done < steps; done += kStepsPerCall) Must(world.Step(std::min(kStepsPerCall, steps - done)));
 }
 
+}  // namespace
+
+void Check(const Status& status) {
+  if (!status.ok()) throw std::runtime_error(status.ToString());
+}
+
 client::World MakeWorld(const std::string& address, const Scene& scene) {
   const client::Server server = Must(client::Connect(address));
   client::World world = Must(server.CreateWorld({.world = scene.world}));
@@ -55,7 +51,19 @@ client::World MakeWorld(const std::string& address, const Scene& scene) {
   return world;
 }
 
-}  // namespace
+void CheckSame(const StateArrays& state, const client::Frame& frame, const std::string& whose) {
+  const auto entities = state.ids.size() - std::count(state.ids.begin(), state.ids.end(), EntityId());
+  bool same = frame.rows() == entities;
+  for (uint32_t i = 0; same && i < frame.rows(); ++i) {
+    const uint32_t row = frame.ids()[i].index();
+    same = row < state.rows() && state.ids[row] == frame.ids()[i] &&
+           state.positions.col(row) == frame.positions().col(i) &&
+           state.orientations.col(row) == frame.orientations().col(i) &&
+           state.linear_velocities.col(row) == frame.linear_velocities().col(i) &&
+           state.angular_velocities.col(row) == frame.angular_velocities().col(i);
+  }
+  if (!same) throw std::runtime_error("the world of the " + whose + " is not where the one in this process is");
+}
 
 InProcess::InProcess(const BackendRegistry& registry, const Scene& scene)
     : world_(Must(World::Create(registry, scene.world))) {
@@ -111,7 +119,7 @@ PythonCycle::PythonCycle(ChildProcess& python, const std::string& address, const
 void PythonCycle::Advance(uint32_t steps) { AdvanceByCalls(world_, steps); }
 
 Times PythonCycle::Measure(uint32_t steps) {
-  python_.Write(world_.name() + ' ' + std::to_string(steps) + '\n');
+  python_.Write("cycle " + world_.name() + ' ' + std::to_string(steps) + '\n');
   std::istringstream line(python_.ReadLine());
   Times times;
   for (double nanoseconds = 0; line >> nanoseconds;) times.push_back(nanoseconds / 1000);
@@ -120,6 +128,26 @@ Times PythonCycle::Measure(uint32_t steps) {
 }
 
 client::Frame PythonCycle::Look() { return Must(world_.Step(0)).frame; }
+
+CppDrive::CppDrive(const std::string& address, const Scene& scene)
+    : world_(MakeWorld(address, scene)), drive_(world_.OpenDrive()) {}
+
+void CppDrive::Advance(uint32_t steps) { AdvanceByCalls(world_, steps); }
+
+Times CppDrive::Measure(uint32_t steps) {
+  constexpr uint32_t kInFlight = 2;
+  for (uint32_t i = 0; i < kInFlight; ++i) Check(drive_.Send());
+  Clock::time_point begin, end;
+  for (uint32_t received = 1; received <= steps; ++received) {
+    Must(drive_.Receive());
+    if (received == kInFlight) begin = Clock::now();
+    if (received == steps - kInFlight + 1) end = Clock::now();
+    if (received + kInFlight <= steps) Check(drive_.Send());
+  }
+  return {std::chrono::duration<double, std::micro>(end - begin).count() / (steps - 2 * kInFlight + 1)};
+}
+
+client::Frame CppDrive::Look() { return Must(world_.Step(0)).frame; }
 
 Times MeasureEcho(Echo& echo, uint32_t steps) {
   return Timed(steps, [&] { echo.Call(); });

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "child_process.h"
@@ -20,6 +21,21 @@ namespace genphys::bench {
 
 /// Durations in microseconds.
 using Times = std::vector<double>;
+
+/// Throws unless `status` is OK.
+void Check(const Status& status);
+
+template <typename T>
+T Must(Result<T> result) {
+  Check(result.status());
+  return *std::move(result);
+}
+
+/// A world of `scene` at the server.
+client::World MakeWorld(const std::string& address, const Scene& scene);
+
+/// Throws unless `frame` has the bits of `state`.
+void CheckSame(const StateArrays& state, const client::Frame& frame, const std::string& whose);
 
 /// The bytes of one call of Step.
 struct Exchange {
@@ -75,6 +91,21 @@ class PythonCycle {
  private:
   ChildProcess& python_;
   client::World world_;
+};
+
+/// The cycle through a stream of the C++ client that has two steps in flight.
+class CppDrive {
+ public:
+  CppDrive(const std::string& address, const Scene& scene);
+
+  void Advance(uint32_t steps);
+  /// The time from one result to the next, on average over `steps` but for those that fill and empty the stream.
+  Times Measure(uint32_t steps);
+  client::Frame Look();
+
+ private:
+  client::World world_;
+  client::Drive drive_;
 };
 
 /// `steps` echoes.

@@ -25,6 +25,10 @@
 namespace genphys::bench {
 namespace {
 
+// What is no scene of one world, under the same option.
+constexpr char kWorldsScene[] = "worlds";
+constexpr char kRatesScene[] = "rates";
+
 struct CommandLine {
   std::string server;
   std::string python = "/usr/bin/python3";
@@ -41,9 +45,9 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--python-client", line.python_client, "python_client.py")->required()->check(CLI::ExistingFile);
   app.add_option("--json", line.json, "file to write the results to")->required();
   app.add_option("--engine", line.engines, "only this engine; may be repeated")->allow_extra_args(false);
-  app.add_option("--scene", line.scenes, "only this scene: sleepers, flyers or pile; may be repeated")
+  app.add_option("--scene", line.scenes, "only this scene: sleepers, flyers, pile, worlds or rates; may be repeated")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"sleepers", "flyers", "pile"}));
+      ->check(CLI::IsMember({"sleepers", "flyers", "pile", kWorldsScene, kRatesScene}));
   app.add_option("--rounds", line.plan.rounds, "undisturbed rounds of each scene")
       ->capture_default_str()
       ->check(CLI::Range(1, 100'000));
@@ -92,6 +96,8 @@ void Run(const CommandLine& line) {
     for (const Scene& scene : Scenes(engine)) {
       if (IsWanted(line.scenes, scene.name)) results.outcomes.push_back(Measure(parties, scene, line.plan));
     }
+    if (IsWanted(line.scenes, kWorldsScene)) results.worlds.push_back(MeasureWorlds(parties, engine, line.plan));
+    if (IsWanted(line.scenes, kRatesScene)) results.rates.emplace_back(engine, MeasureRates(parties, engine));
   }
   std::ofstream file(line.json);
   file << ToJson(results, registry) << std::flush;

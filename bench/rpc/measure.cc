@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 // Everything is done this often before a round counts, so that code, caches and connections are warm.
 constexpr int kWarmUpRounds = 3;
 // A turn takes about this long: long enough that its first step, which is not timed, warms it up, and short enough that
-// whatever disturbs the machine disturbs all four.
+// whatever disturbs the machine disturbs all of them.
 constexpr double kTurnMicroseconds = 40'000;
 constexpr uint32_t kStepsPerTurnMin = 5;
 constexpr uint32_t kStepsPerTurnMax = 200;
@@ -36,36 +36,21 @@ double Quantile(std::vector<double> values, double q) {
 
 double Median(const std::vector<double>& values) { return Quantile(values, 0.5); }
 
-Spread SpreadOf(const std::vector<double>& values) {
-  return {values.size(), Quantile(values, 0.1), Median(values), Quantile(values, 0.9)};
-}
-
 struct Round {
   Times in_process;
   Times bytes_echo;
   Times message_echo;
   Times cpp;
+  Times drive;
   Times python;
   size_t request_bytes = 0;
   size_t reply_bytes = 0;
   double others = 0;
 
+  // Rates are one over the times.
+  double DriveToSlower() const { return std::max(Median(in_process), Median(bytes_echo)) / Median(drive); }
   double RatioTo(const Times& echo) const { return Median(cpp) / (Median(in_process) + Median(echo)); }
 };
-
-void CheckSame(const StateArrays& state, const client::Frame& frame, const std::string& whose) {
-  const auto entities = state.ids.size() - std::count(state.ids.begin(), state.ids.end(), EntityId());
-  bool same = frame.rows() == entities;
-  for (uint32_t i = 0; same && i < frame.rows(); ++i) {
-    const uint32_t row = frame.ids()[i].index();
-    same = row < state.rows() && state.ids[row] == frame.ids()[i] &&
-           state.positions.col(row) == frame.positions().col(i) &&
-           state.orientations.col(row) == frame.orientations().col(i) &&
-           state.linear_velocities.col(row) == frame.linear_velocities().col(i) &&
-           state.angular_velocities.col(row) == frame.angular_velocities().col(i);
-  }
-  if (!same) throw std::runtime_error("the world of the " + whose + " is not where the one in this process is");
-}
 
 class Race {
  public:
@@ -74,12 +59,14 @@ class Race {
         message_echo_(parties.message_echo),
         in_process_(parties.registry, scene),
         cpp_(parties.address, scene),
+        drive_(parties.address, scene),
         python_(parties.python, parties.address, scene),
         others_({&parties.server, &parties.bytes_echo.server(), &parties.message_echo.server(), &parties.python}) {
     Advance(scene.steps_before);
     if (scene.ends_up_asleep) CheckAsleep();
     captured_ = cpp_.Capture();
     in_process_.Advance(1);
+    drive_.Advance(1);
     python_.Advance(1);
   }
 
@@ -87,10 +74,12 @@ class Race {
   Round Take(uint32_t steps) {
     Round round;
     others_.Begin();
-    const std::array<std::function<void()>, 5> turns{
-        [&] { round.in_process = Turn(in_process_, steps); }, [&] { round.bytes_echo = Turn(bytes_echo_, steps); },
-        [&] { TakeCpp(round, steps); }, [&] { round.message_echo = Turn(message_echo_, steps); },
-        [&] { round.python = Turn(python_, steps); }};
+    const std::array<std::function<void()>, 6> turns{[&] { round.in_process = Turn(in_process_, steps); },
+                                                     [&] { round.bytes_echo = Turn(bytes_echo_, steps); },
+                                                     [&] { TakeCpp(round, steps); },
+                                                     [&] { round.message_echo = Turn(message_echo_, steps); },
+                                                     [&] { round.python = Turn(python_, steps); },
+                                                     [&] { round.drive = drive_.Measure(steps + 1); }};
     for (size_t i = 0; i < turns.size(); ++i) turns[(first_ + i) % turns.size()]();
     ++first_;
     round.others = others_.End();
@@ -101,6 +90,7 @@ class Race {
   Outcome Describe(const Scene& scene) {
     const client::Frame frame = cpp_.Look();
     CheckSame(in_process_.state(), frame, "C++ client");
+    CheckSame(in_process_.state(), drive_.Look(), "drive");
     CheckSame(in_process_.state(), python_.Look(), "Python client");
     return {.engine = scene.world.engine,
             .scene = scene.name,
@@ -134,6 +124,7 @@ class Race {
   void Advance(uint32_t steps) {
     in_process_.Advance(steps);
     cpp_.Advance(steps);
+    drive_.Advance(steps);
     python_.Advance(steps);
   }
 
@@ -148,6 +139,7 @@ class Race {
   Echo& message_echo_;
   InProcess in_process_;
   CppCycle cpp_;
+  CppDrive drive_;
   PythonCycle python_;
   OthersWatch others_;
   Exchange captured_;
@@ -191,6 +183,10 @@ Spread SpreadOverRounds(const std::vector<Round>& rounds, Times Round::*times) {
 
 }  // namespace
 
+Spread SpreadOf(const std::vector<double>& values) {
+  return {values.size(), Quantile(values, 0.1), Median(values), Quantile(values, 0.9)};
+}
+
 Outcome Measure(const Parties& parties, const Scene& scene, const Plan& plan) {
   std::fprintf(stderr, "%-8s %-9s %u steps first\n", scene.world.engine.c_str(), scene.name.c_str(),
                scene.steps_before);
@@ -205,15 +201,18 @@ Outcome Measure(const Parties& parties, const Scene& scene, const Plan& plan) {
   outcome.bytes_echo = SpreadOverRounds(rounds, &Round::bytes_echo);
   outcome.message_echo = SpreadOverRounds(rounds, &Round::message_echo);
   outcome.cpp = SpreadOverRounds(rounds, &Round::cpp);
+  outcome.drive = SpreadOverRounds(rounds, &Round::drive);
   outcome.python = SpreadOverRounds(rounds, &Round::python);
-  std::vector<double> to_bytes_echo, to_message_echo, replies;
+  std::vector<double> to_bytes_echo, to_message_echo, to_slower, replies;
   for (const Round& round : rounds) {
     to_bytes_echo.push_back(round.RatioTo(round.bytes_echo));
     to_message_echo.push_back(round.RatioTo(round.message_echo));
+    to_slower.push_back(round.DriveToSlower());
     replies.push_back(static_cast<double>(round.reply_bytes));
   }
   outcome.to_bytes_echo = SpreadOf(to_bytes_echo);
   outcome.to_message_echo = SpreadOf(to_message_echo);
+  outcome.drive_to_slower = SpreadOf(to_slower);
   outcome.request_bytes = rounds.front().request_bytes;
   outcome.reply_bytes = static_cast<size_t>(Median(replies));
   return outcome;

@@ -43,11 +43,16 @@ struct Outcome {
   Spread bytes_echo;
   Spread message_echo;
   Spread cpp;
+  Spread drive;  // from one result to the next, two in flight
   Spread python;
   // The median of the C++ cycles over the sum of the medians of the step and of an echo, in each round.
   Spread to_bytes_echo;
   Spread to_message_echo;
+  // The rate of the drive over the rate of the slower of step and echo, in each round.
+  Spread drive_to_slower;
 };
+
+Spread SpreadOf(const std::vector<double>& values);
 
 /// What is measured against what.
 struct Parties {

@@ -20,6 +20,16 @@ RATIO_MAX = 1.25
 """What a cycle from C++ may cost, as a multiple of the step in the same process and an echo."""
 BOUND = "cpp_cycle_to_step_and_bytes_echo"
 """The ratio that the bound is for."""
+DRIVE = "cpp_drive_rate_to_slower_of_step_and_bytes_echo"
+
+RATES = {
+    "cpp_forces_per_second": ("forces in columns, C++", "/s", 2e6),
+    "python_forces_per_second": ("forces in columns, Python", "/s", 1e6),
+    "entities_created_per_second": ("entities created in batches, C++", "/s", 50e3),
+    "python_frame_to_numpy_us": ("a frame of 1,000 entities to numpy arrays, Python", " µs", 10),
+    "python_small_frames_per_second": ("frames of one entity pushed, Python", "/s", 50e3),
+}
+"""What is wanted of each: at least so many per second, at most so many microseconds."""
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 RESULTS = TREE / "bench" / "results" / "rpc.json"
@@ -69,12 +79,74 @@ def for_terminal(data: dict[str, Any]) -> str:
     table = rows(data)
     widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in table]
-    return "\n".join([*lines, "", verdict(data)])
+    return "\n".join([*lines, "", verdict(data), "", further(data)])
 
 
 def markdown_table(table: list[list[str]]) -> str:
     lines = [table[0], ["---"] * len(table[0]), *table[1:]]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def drive_rows(data: dict[str, Any]) -> list[list[str]]:
+    table = [["engine", "scene", "time per step, two in flight", "rate / rate of the slower of step and echo"]]
+    for each in data["results"]:
+        if DRIVE in each:
+            ratio = each[DRIVE]
+            table.append([each["engine"], each["scene"], duration(each["cpp_drive_us"]["median"]),
+                          f"{ratio['median']:.2f} ({ratio['p10']:.2f} to {ratio['p90']:.2f})"])
+    return table
+
+
+def worlds_rows(data: dict[str, Any]) -> list[list[str]]:
+    table = [["engine", "worlds", "boxes in each", "one thread in process", "one call of StepWorlds", "ratio"]]
+    for each in data.get("worlds", []):
+        ratio = each["speedup"]
+        table.append([each["engine"], str(each["worlds"]), str(each["bodies_each"]),
+                      *(duration(each[part]["median"]) for part in ("one_thread_in_process_us", "step_worlds_us")),
+                      f"{ratio['median']:.2f} ({ratio['p10']:.2f} to {ratio['p90']:.2f})"])
+    return table
+
+
+def rates_rows(data: dict[str, Any]) -> list[list[str]]:
+    engines = data.get("rates", [])
+    table = [["", "wanted", *(each["engine"] for each in engines)]]
+    for name, (words, unit, wanted) in RATES.items():
+        bound = f"{'at most' if unit == ' µs' else 'at least'} {wanted:,.0f}{unit}"
+        table.append([words, bound, *(f"{each[name]['median']:,.{1 if unit == ' µs' else 0}f}{unit}" for each in engines)])
+    return table
+
+
+def further(data: dict[str, Any]) -> str:
+    """What is measured besides the cycles, where the results have it."""
+    parts = []
+    if len(drive := drive_rows(data)) > 1:
+        parts.append(f"""## Steps that are not waited for
+
+`Drive` from C++ in the scenes above, with the same frames and events. It cannot be faster than the slower of the step
+and the transport, which take turns in a call and overlap here.
+
+{markdown_table(drive)}
+""")
+    if len(worlds := worlds_rows(data)) > 1:
+        parts.append(f"""## Many worlds at once
+
+A step of all worlds: one after the other in one thread of the process that wants them, and as one call of `StepWorlds`
+over TCP loopback, with the frames and events of all. In the end all states are compared bit by bit.
+
+{markdown_table(worlds)}
+""")
+    if data.get("rates"):
+        parts.append(f"""## Many things in one message
+
+{markdown_table(rates_rows(data))}
+
+* **Forces**: `ApplyForceColumns` on 1,000 entities, from the values that a program has to the reply. The steps that use
+  them up are not in it.
+* **Entities**: spheres, 1,000 in a batch, into an empty world.
+* **To numpy**: from the reply as a message to all columns as arrays.
+* **Pushed**: a world that plays as fast as it can, seen by `World.frames`.
+""")
+    return "\n".join(parts)
 
 
 def machine(data: dict[str, Any]) -> str:
@@ -131,7 +203,7 @@ compared bit by bit. All take turns in one run, in changing order, {data['result
 scene. Durations are medians of all steps, ratios medians of all rounds; in parentheses from the tenth to the ninetieth
 percentile of the rounds.
 
-{machine(data)} {calm(data)}
+{further(data)}{chr(10) if further(data) else ""}{machine(data)} {calm(data)}
 """
 
 

@@ -43,6 +43,22 @@ def test_the_exit_status_says_whether_the_bound_is_held(tmp_path):
         assert (tmp_path / "performance.md").read_text() == report.page(results(ratio))
 
 
+def test_what_was_not_measured_is_left_out():
+    assert report.further(results(1.0)) == ""
+    data = results(1.0)
+    data["results"][0] |= {report.DRIVE: spread(0.95), "cpp_drive_us": spread(60)}
+    data["worlds"] = [{"engine": "ode", "worlds": 64, "bodies_each": 50, "speedup": spread(1.8),
+                       "one_thread_in_process_us": spread(90000), "step_worlds_us": spread(50000)}]
+    data["rates"] = [{"engine": "ode", **{name: spread(wanted) for name, (_, _, wanted) in report.RATES.items()}}]
+
+    page = report.page(data)
+
+    assert "| ode | sleepers | 60 µs | 0.95 (0.85 to 1.04) |" in page
+    assert "| ode | 64 | 50 | 90 ms | 50 ms | 1.80 (1.62 to 1.98) |" in page
+    assert "| forces in columns, C++ | at least 2,000,000/s | 2,000,000/s |" in page
+    assert "| a frame of 1,000 entities to numpy arrays, Python | at most 10 µs | 10.0 µs |" in page
+
+
 def test_durations_have_three_digits_and_a_unit_that_suits_them():
     assert [report.duration(us) for us in (0.678, 64.81, 999.4, 1000, 31400)] == [
         "0.678 µs", "64.8 µs", "999 µs", "1 ms", "31.4 ms"]

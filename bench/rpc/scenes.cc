@@ -55,8 +55,11 @@ Scene Flyers(const std::string& engine) {
   return scene;
 }
 
-Scene Pile(const std::string& engine) {
-  constexpr uint32_t kRow = 10;
+}  // namespace
+
+Scene PileOf(const std::string& engine, uint32_t boxes) {
+  // Ten layers, whatever the number.
+  const auto row = static_cast<uint32_t>(std::lround(std::sqrt(boxes / 10.0)));
   constexpr double kSpacing = 1.3;
   constexpr double kRise = 1.1;
   constexpr double kAside = 0.3;  // m: boxes land on the edges of others, so that it is a pile and no columns
@@ -67,10 +70,10 @@ Scene Pile(const std::string& engine) {
   scene.world.ground_plane = true;
   scene.world.default_auto_disable.enabled = false;
   Jitter jitter;
-  for (uint32_t i = 0; i < kSceneEntities; ++i) {
-    const uint32_t layer = i / kRow / kRow;
+  for (uint32_t i = 0; i < boxes; ++i) {
+    const uint32_t layer = i / row / row;
     const double aside = layer % 2 == 0 ? -kAside : kAside;
-    const Vector3 position(kSpacing * (i % kRow) + aside, kSpacing * (i / kRow % kRow) + aside, 0.6 + kRise * layer);
+    const Vector3 position(kSpacing * (i % row) + aside, kSpacing * (i / row % row) + aside, 0.6 + kRise * layer);
     EntityDesc box = MakeBox(position, {0.5, 0.5, 0.5});
     const double half_turn = kTurn * jitter.Next() / 2;
     // About the vertical, by too little for the corners of neighbours to meet before they fall.
@@ -80,8 +83,8 @@ Scene Pile(const std::string& engine) {
   return scene;
 }
 
-}  // namespace
-
-std::vector<Scene> Scenes(const std::string& engine) { return {Sleepers(engine), Flyers(engine), Pile(engine)}; }
+std::vector<Scene> Scenes(const std::string& engine) {
+  return {Sleepers(engine), Flyers(engine), PileOf(engine, kSceneEntities)};
+}
 
 }  // namespace genphys::bench

@@ -20,6 +20,9 @@ struct Scene {
 
 inline constexpr uint32_t kSceneEntities = 1000;
 
+/// A pile of `boxes` that never sleeps, once it has fallen.
+Scene PileOf(const std::string& engine, uint32_t boxes);
+
 /// 1,000 boxes that have come to rest on a floor and sleep, 1,000 that fly and touch nothing, and a pile of 1,000 that
 /// never sleeps, on `engine`.
 std::vector<Scene> Scenes(const std::string& engine);
