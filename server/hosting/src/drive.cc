@@ -82,9 +82,13 @@ Drive::Action Drive::NextAction() {
   const size_t in_flight = requests_.size() + (at_world_ ? 1 : 0) + replies_.size() + (sending_ ? 1 : 0);
   // First, so that another thread can read while this one may be stepping.
   if (ready_ && in_flight < kInFlightMax && request_bytes_ < kBytesMax) return std::exchange(ready_, nullptr);
-  if (!at_world_ && !end_ && !requests_.empty() && reply_bytes_ < kBytesMax) return DoRequest();
+  if (CanDoRequest()) return DoRequest();
   if (const std::optional<Status> end = EndNow(); end && receiver_) return Finish(*end);
   return nullptr;
+}
+
+bool Drive::CanDoRequest() const {
+  return !at_world_ && !end_ && !cancelled_ && !requests_.empty() && reply_bytes_ < kBytesMax;
 }
 
 Drive::Action Drive::SendReply() {
@@ -136,7 +140,16 @@ void Drive::Answer(const Result<Bytes>& outcome) {
   if (ended_) return;
   reply_bytes_ += SizeOf(reply);
   replies_.push_back(std::move(reply));
-  Pump(lock);
+  if (pumping_) return;
+  // Nobody else is at it, so this is the world's thread, which is to step and not to write: what it does next is all
+  // that it sees to.
+  const Action next = CanDoRequest() ? DoRequest() : nullptr;
+  lock.unlock();
+  if (next) next();
+  pool_.Post([self = shared_from_this()] {
+    std::unique_lock pump_lock(self->mutex_);
+    self->Pump(pump_lock);
+  });
 }
 
 }  // namespace genphys

@@ -37,7 +37,7 @@ void FrameHub::PublishCurrent(const World& world, const Stamp& stamp, Keyframes&
 
 void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new) {
   struct Order {
-    const v1::FrameRequest* request;
+    Layout* layout;
     std::map<uint64_t, std::vector<std::shared_ptr<FrameSubscription>>> takers;  // by the keyframe that they have
   };
   std::vector<Order> orders;
@@ -48,23 +48,25 @@ void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyfra
       layout = layouts_.erase(layout);
       continue;
     }
-    Order order{&layout->request, {}};
+    Order order{&*layout, {}};
+    const bool is_cheap = layout->frame_bytes <= kWrittenHereMax;
     for (const auto& weak : layout->viewers) {
       const auto viewer = weak.lock();
       if (viewer == nullptr) continue;
-      if (is_new ? viewer->Offer(stamp.step) : viewer->WaitsForCurrent())
+      if (is_new ? viewer->Offer(stamp.step, is_cheap) : viewer->WaitsForCurrent())
         order.takers[viewer->keyframe_].push_back(viewer);
     }
     if (!order.takers.empty()) orders.push_back(std::move(order));
     ++layout;
   }
   lock.unlock();
-  // Layouts stay where they are until the world comes here again, so their requests can be read without the lock.
+  // Layouts stay where they are until the world comes here again, and only it reads and writes what is used of them
+  // here.
   v1::WorldStamp encoded_stamp;
   stamp.Encode(&encoded_stamp);
   for (const Order& order : orders) {
     for (const auto& [base, takers] : order.takers) {
-      const Keyframes::Encoded frame = Encode(world, *order.request, encoded_stamp, keyframes, base);
+      const Keyframes::Encoded frame = Encode(world, order.layout->request, encoded_stamp, keyframes, base);
       std::vector<std::function<void()>> deliveries;
       lock.lock();
       for (const auto& viewer : takers) {
@@ -72,6 +74,7 @@ void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyfra
       }
       lock.unlock();
       Send(std::move(deliveries), frame.frame.view.size());
+      order.layout->frame_bytes = frame.frame.view.size();
     }
   }
 }

@@ -45,7 +45,7 @@ void FrameSubscription::Open(const Bytes& request) {
       const std::string key = frame.SerializeAsString();
       auto layout = std::find_if(hub_->layouts_.begin(), hub_->layouts_.end(),
                                  [&](const FrameHub::Layout& other) { return other.key == key; });
-      if (layout == hub_->layouts_.end()) layout = hub_->layouts_.insert(layout, {key, frame, {}});
+      if (layout == hub_->layouts_.end()) layout = hub_->layouts_.insert(layout, {key, frame, {}, SIZE_MAX});
       layout->viewers.push_back(weak_from_this());
       open_ = true;
     }
@@ -56,15 +56,19 @@ void FrameSubscription::Open(const Bytes& request) {
 }
 
 void FrameSubscription::Next(Receiver receiver) {
+  std::function<void()> delivery;
   bool waits = false;
   {
     const std::lock_guard lock(hub_->mutex_);
     receiver_ = std::move(receiver);
-    if (newest_) hub_->pool_.Post(HandOn());
+    if (newest_) delivery = HandOn();
     Settle();
     waits = WaitsForCurrent();
   }
-  if (waits) hub_->call_current_();
+  // Whoever receives may let go of this.
+  const auto hub = hub_;
+  if (delivery) delivery();
+  if (waits) hub->call_current_();
 }
 
 void FrameSubscription::Cancel() {
@@ -73,12 +77,13 @@ void FrameSubscription::Cancel() {
   Settle();
 }
 
-bool FrameSubscription::Offer(uint64_t step) {
+bool FrameSubscription::Offer(uint64_t step, bool is_cheap) {
   if (end_ || step % every_nth_step_ != 0) return false;
   ++frames_due_;
-  if (receiver_ || every_nth_step_ > 1) return true;
+  if (receiver_ || every_nth_step_ > 1 || is_cheap) return true;
   // Whoever wants every step is served with the present when it comes back, and nothing is encoded before.
   wants_current_ = true;
+  newest_.reset();
   return false;
 }
 

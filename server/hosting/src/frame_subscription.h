@@ -24,8 +24,9 @@ class FrameSubscription final : public Subscription, public std::enable_shared_f
 
   // These are called with the hub's mutex held.
 
-  /// A frame of `step` came to be. True if this viewer needs it encoded.
-  bool Offer(uint64_t step);
+  /// A frame of `step` came to be. True if this viewer needs it encoded, who otherwise waits for what is true when it
+  /// comes back: one that is cheap to encode is ready for it then.
+  bool Offer(uint64_t step, bool is_cheap);
   /// True if this viewer waits for the frame of the present.
   bool WaitsForCurrent() const { return receiver_ && open_ && !end_ && wants_current_; }
   /// Takes the encoded frame: what hands it on if somebody waits, to be run without the lock; else keeps it as the

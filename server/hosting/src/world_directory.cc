@@ -304,7 +304,7 @@ std::shared_ptr<Subscription> WorldDirectory::StepWorlds(const Bytes& request,
 
 std::shared_ptr<Drive> WorldDirectory::OpenDrive(std::chrono::steady_clock::time_point deadline) {
   auto drive = std::make_shared<Drive>(
-      deadline, [this](WorldCall step, Reply reply) { Handle(std::move(step), std::move(reply)); });
+      deadline, pool_, [this](WorldCall step, Reply reply) { Handle(std::move(step), std::move(reply)); });
   {
     const std::lock_guard lock(mutex_);
     drives_.remove_if([](const auto& other) { return other.expired(); });

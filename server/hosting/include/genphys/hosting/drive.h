@@ -10,6 +10,7 @@
 
 #include "genphys/hosting/stream_reply.h"
 #include "genphys/hosting/subscription.h"
+#include "genphys/hosting/worker_pool.h"
 #include "genphys/hosting/world_host.h"
 
 namespace genphys {
@@ -24,8 +25,9 @@ class Drive final : public Subscription, public std::enable_shared_from_this<Dri
   /// While requests wait with so many bytes, no other is taken; while replies do, none is done.
   static constexpr size_t kBytesMax = 16 << 20;
 
-  Drive(std::chrono::steady_clock::time_point deadline, ServeCall serve)
-      : deadline_(deadline), serve_(std::move(serve)) {}
+  /// `serve` answers each request. Replies are handed on by `pool`, so that the world's thread need not.
+  Drive(std::chrono::steady_clock::time_point deadline, WorkerPool& pool, ServeCall serve)
+      : deadline_(deadline), pool_(pool), serve_(std::move(serve)) {}
 
   /// Takes an encoded DriveRequest. `ready` is called once, when the next may come: on any thread, perhaps before this
   /// returns, and not at all after the end.
@@ -48,10 +50,12 @@ class Drive final : public Subscription, public std::enable_shared_from_this<Dri
   Action DoRequest();
   Action Finish(Status end);
   std::optional<Status> EndNow() const;
+  bool CanDoRequest() const;
 
   void Answer(const Result<Bytes>& outcome);
 
   const std::chrono::steady_clock::time_point deadline_;
+  WorkerPool& pool_;
   const ServeCall serve_;
   std::atomic<bool> cancelled_ = false;
   std::mutex mutex_;

@@ -22,11 +22,12 @@ class FrameSubscription;
 
 /// The viewers of one world. Newest wins: a viewer that is not done with a frame misses those that come meanwhile, and
 /// is told how many. A frame is encoded once for all who ask for the same columns and, of deltas, have the same
-/// keyframe, and not at all while nobody waits for it. Viewers never hold up the world. Thread-safe, but Publish() and
-/// PublishCurrent() are the world's alone.
+/// keyframe, and a large one not at all while nobody waits for it. Viewers never hold up the world. Thread-safe, but
+/// Publish() and PublishCurrent() are the world's alone.
 class FrameHub : public std::enable_shared_from_this<FrameHub> {
  public:
-  /// A frame of up to so many bytes, for one viewer alone, is sent by the world's own thread.
+  /// A frame of up to so many bytes is encoded before somebody waits for it, and for one viewer alone it is sent by the
+  /// world's own thread: both take less time than waking another.
   static constexpr size_t kWrittenHereMax = 4096;
 
   /// `call_current` is called, on any thread and with no lock held, when a viewer waits for the frame of the present:
@@ -53,6 +54,7 @@ class FrameHub : public std::enable_shared_from_this<FrameHub> {
     std::string key;  // the encoded request
     v1::FrameRequest request;
     std::vector<std::weak_ptr<FrameSubscription>> viewers;
+    size_t frame_bytes = SIZE_MAX;  // of the last one
   };
 
   void Send(std::vector<std::function<void()>> deliveries, size_t bytes);
