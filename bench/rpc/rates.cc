@@ -66,6 +66,28 @@ Spread Creations(const Parties& parties, const std::string& engine) {
   return SpreadOf(rates);
 }
 
+// Of sleepers, whose step costs so little that what comes on top is seen.
+Spread Unwatched(const Parties& parties, const std::string& engine) {
+  constexpr uint32_t kSteps = 10'000;
+  constexpr int kRounds = 20;
+  const Scene scene = Scenes(engine).front();
+  InProcess in_process(parties.registry, scene);
+  client::World served = MakeWorld(parties.address, scene);
+  const client::StepOptions unwatched{.frame = std::nullopt, .events = std::nullopt};
+  in_process.Advance(scene.steps_before);
+  Must(served.Step(scene.steps_before, unwatched));
+  std::vector<double> costs;
+  for (int i = 0; i < kRounds; ++i) {
+    const Clock::time_point begin = Clock::now();
+    in_process.Advance(kSteps);
+    const double alone = SecondsSince(begin);
+    const Clock::time_point middle = Clock::now();
+    Must(served.Step(kSteps, unwatched));
+    costs.push_back(1e9 * (SecondsSince(middle) - alone) / kSteps / kSceneEntities);
+  }
+  return SpreadOf(costs);
+}
+
 // What python_client.py answers to a line that begins with `what`.
 Spread AskPython(ChildProcess& python, const std::string& what, const client::World& world) {
   python.Write(what + ' ' + world.name() + ' ' + std::to_string(kCalls) + '\n');
@@ -83,6 +105,7 @@ Rates MeasureRates(const Parties& parties, const std::string& engine) {
   Rates rates;
   rates.forces_cpp = Forces(parties, engine);
   rates.creations = Creations(parties, engine);
+  rates.unwatched = Unwatched(parties, engine);
   client::World many = MakeWorld(parties.address, Floating(engine, kRateRows));
   client::World one = MakeWorld(parties.address, Floating(engine, 1));
   rates.forces_python = AskPython(parties.python, "forces", many);

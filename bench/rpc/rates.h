@@ -10,6 +10,7 @@ struct Rates {
   Spread creations;       // entities per second, in batches of kRateRows
   Spread frame_to_numpy;  // us, from the bytes of a frame of kRateRows entities to its columns as arrays
   Spread small_frames;    // per second, of one entity, pushed to a Python viewer of a world that plays
+  Spread unwatched;       // ns per body and step that a served step costs beyond one in process while nobody looks
 };
 
 inline constexpr uint32_t kRateRows = 1000;

@@ -59,6 +59,7 @@ void Write(std::ostream& out, const std::pair<std::string, Rates>& outcome) {
   Write(out, "entities_created_per_second", rates.creations, 0);
   Write(out, "python_frame_to_numpy_us", rates.frame_to_numpy, 2);
   Write(out, "python_small_frames_per_second", rates.small_frames, 0);
+  Write(out, "unwatched_ns_per_body_and_step", rates.unwatched, 3);
   out << "      \"rows\": " << kRateRows << ",\n      \"engine\": " << Quoted(outcome.first) << "\n    }";
 }
 
