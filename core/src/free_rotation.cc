@@ -13,6 +13,8 @@ constexpr double kAngleMax = 0.25;
 constexpr int kInnerStepsMax = 4096;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.
 constexpr double kNegligibleAngle = 1e-8;
+// Relative difference of moments that is no more than rounding.
+constexpr double kSymmetric = 1e-14;
 // The sine of an angle that is no more than rounding.
 constexpr double kParallel = 1e-14;
 
@@ -61,6 +63,40 @@ Vector3 Logarithm(const Quaternion& turn, const Vector3& expected) {
   return (angle + whole * std::round((expected.dot(axis) - angle) / whole)) * axis;
 }
 
+// The axis about which a diagonal tensor is symmetric, or -1. One of all moments equal is the caller's.
+int SymmetryAxis(const Matrix3& inverse_tensor) {
+  if (!inverse_tensor.isDiagonal(0)) return -1;
+  for (int i = 0; i < 3; ++i) {
+    const double a = inverse_tensor((i + 1) % 3, (i + 1) % 3), b = inverse_tensor((i + 2) % 3, (i + 2) % 3);
+    if (std::abs(a - b) <= kSymmetric * (a + b)) return i;
+  }
+  return -1;
+}
+
+Quaternion TurnBy(const Vector3& turn) {
+  const double angle = turn.norm();
+  // At smaller angles the quotient is a half to the last bit.
+  const double scale = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
+  return {std::cos(angle / 2), scale * turn.x(), scale * turn.y(), scale * turn.z()};
+}
+
+// A symmetric body turns about its axis while the axis turns about the momentum, both uniformly (Goldstein, Classical
+// Mechanics, 5.6).
+Vector3 MeanSymmetricSpin(const Vector3& axis, double across, double along, const Vector3& momentum, double time) {
+  const Vector3 precession = across * momentum;
+  const double own = (along - across) * momentum.dot(axis);
+  // The mean of the axis tells how often it has turned.
+  const double angle = precession.norm() * time;
+  Vector3 mean = axis;
+  if (angle > kNegligibleAngle) {
+    const Vector3 about = precession.normalized();
+    const Vector3 steady = about * about.dot(axis), turning = axis - steady;
+    mean = steady + std::sin(angle) / angle * turning + (1 - std::cos(angle)) / angle * about.cross(turning);
+  }
+  const Quaternion turn = TurnBy(time * precession) * TurnBy(time * own * axis);
+  return Logarithm(turn, time * (precession + own * mean)) / time;
+}
+
 }  // namespace
 
 Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time) {
@@ -81,6 +117,10 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, con
   const Vector3 spin = spin_at(start);
   // About a principal axis it goes on as it is.
   if (spin.norm() * time < kNegligibleAngle || IsAboutPrincipalAxis(momentum, spin)) return spin;
+  if (const int axis = SymmetryAxis(inverse_tensor); axis >= 0) {
+    return MeanSymmetricSpin(orientation.toRotationMatrix().col(axis), inverse_tensor((axis + 1) % 3, (axis + 1) % 3),
+                             inverse_tensor(axis, axis), momentum, time);
+  }
   const int count = CountSteps(spin, time);
   const double h = time / count;
   Column4 q = start;
