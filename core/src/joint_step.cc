@@ -3,36 +3,39 @@
 #include <algorithm>
 
 #include "free_rotation.h"
+#include "joints/inertia_factor.h"
 #include "joints/kinds.h"
 
 namespace genphys {
+namespace {
 
-JointSide JointStep::SideOf(const EntityRef& entity, const Pose& frame, double h) const {
-  JointSide side;
-  side.row = RowOf(entity);
-  side.frame = frame;
-  if (side.row == kWorldRow) return side;
-  const uint32_t row = Index(side.row);
-  const SceneEntity& scene_entity = *scene_.entities[row];
-  const Pose pose = state_.pose(side.row);
-  side.frame = pose.Transform(frame);
-  side.center = pose.position;
-  side.linear_velocity = state_.linear_velocities.col(row);
-  side.angular_velocity = state_.angular_velocities.col(row);
-  const auto& body = scene_entity.desc->rigid_body;
-  side.linear_expected = side.linear_velocity;
-  side.angular_expected = side.angular_velocity;
-  if (!body || body->motion_type != MotionType::kDynamic) return side;
-  side.center = pose.Transform(scene_entity.mass.center_of_mass);
-  if (!active_[row]) return side;
-  side.inverse_mass = 1 / scene_entity.mass.mass;
-  side.inverse_tensor = WorldTensor(pose.orientation, scene_entity.mass.inverse_tensor);
-  const HalfStep& half = layer_.half_steps[row];
-  side.interval = half.Interval(layer_.last_substep, h);
-  if (half.restarts) return side;
-  side.linear_expected += side.interval * half.held_rate;
-  side.angular_expected += side.inverse_tensor * (half.held_momentum * (2 * side.interval / layer_.last_substep));
-  return side;
+// Each makes what was too light for the step heavier.
+constexpr int kSurprisesMax = 3;
+// A pull that is no more than so many times what was expected is none.
+constexpr double kSurprise = kUnforeseenSwing / kResolvedSwing / 1.5;
+
+// How far the way of a joint over a substep of `h` seconds can be foretold, 0 to 1. Who turns far in it comes out
+// elsewhere, and where joints pull a body to and fro within it, what is foretold would only drive it.
+double TrustIn(const JointBody& body, double h) {
+  constexpr double kWidest = 1.4, kWide = 0.7;  // rad
+  const auto fade = [](double value, double full, double none) {
+    return std::clamp((none - value) / (none - full), 0.0, 1.0);
+  };
+  return fade(body.angular_expected.norm() * h, kWide, kWidest) *
+         fade(body.swing, kResolvedSwing / 2, kUnforeseenSwing);
+}
+
+}  // namespace
+
+uint32_t JointStep::BodyOf(const EntityRef& entity) {
+  const EntityRow row = RowOf(entity);
+  if (row == kWorldRow) return 0;
+  uint32_t& place = body_of_[Index(row)];
+  if (place == 0) {
+    place = static_cast<uint32_t>(bodies_.size());
+    bodies_.emplace_back().row = row;
+  }
+  return place;
 }
 
 ErrorCorrection JointStep::CorrectionOf(const EntityRef& entity) const {
@@ -49,91 +52,249 @@ bool JointStep::MayHold(const JointDesc& desc) const {
   return !is_gone(desc.entity_a) && !is_gone(desc.entity_b);
 }
 
-// How far the way of a side over a substep of `h` seconds can be foretold, 0 to 1. A light body that is pulled hard
-// swings about its joint by sqrt(pull * arm / moment) rad/s: where a substep does not resolve that, nor the turn
-// itself, what is foretold would only drive it.
-double JointStep::Trust(const JointSide& side, uint32_t slot, double h) const {
-  constexpr double kStiffest = 2, kStiff = 0.5;  // (rad per substep)^2
-  constexpr double kWidest = 1.4, kWide = 0.7;   // rad
-  const auto fade = [](double value, double full, double none) {
-    return std::clamp((none - value) / (none - full), 0.0, 1.0);
-  };
-  const double turn = side.angular_expected.norm() * h;
-  const double arm = (side.frame.position - side.center).norm();
-  const double stiffness = layer_.joints[slot].force.norm() * arm * side.inverse_tensor.norm() * h * h;
-  return fade(turn, kWide, kWidest) * fade(stiffness, kStiff, kStiffest);
+void JointStep::Start() {
+  held_.clear();
+  bodies_.assign(1, {});
+  body_of_.assign(state_.rows(), 0);
+  rows_.clear();
+  owners_.clear();
+  saved_ = layer_.joints;
+  for (uint32_t slot = 0; slot < scene_.joints.size(); ++slot) {
+    if (!scene_.joints[slot]) continue;
+    const JointDesc& desc = scene_.joints[slot]->desc;
+    Held& held = held_.emplace_back();
+    held.slot = slot;
+    held.a = BodyOf(desc.entity_a);
+    held.b = BodyOf(desc.entity_b);
+    held.correction = Gentler(CorrectionOf(desc.entity_a), CorrectionOf(desc.entity_b));
+    held.last_force = layer_.joints[slot].force;
+  }
 }
 
-bool JointStep::Visit(uint32_t slot, double h, std::vector<JointRow>* rows) {
-  const JointDesc& desc = scene_.joints[slot]->desc;
-  if (!MayHold(desc)) return false;
-  const JointSide a = SideOf(desc.entity_a, *desc.frame_in_a, h);
-  const JointSide b = SideOf(desc.entity_b, *desc.frame_in_b, h);
-  if (!a.is_movable() && !b.is_movable()) return false;
+const JointBody* JointStep::Find(EntityRow row) const {
+  const uint32_t place = body_of_[Index(row)];
+  return place != 0 ? &bodies_[place] : nullptr;
+}
+
+void JointStep::SetTensors(EntityRow row, const Matrix3& axes, const Matrix3& inverse_tensor) {
+  const uint32_t place = body_of_[Index(row)];
+  if (place == 0) return;
+  bodies_[place].axes = axes;
+  bodies_[place].own_inverse = inverse_tensor;
+}
+
+void JointStep::Load(JointBody& body, double h, bool is_over) const {
+  const uint32_t row = Index(body.row);
+  const SceneEntity& entity = *scene_.entities[row];
+  const auto& rigid = entity.desc->rigid_body;
+  body.pose = state_.pose(body.row);
+  body.center = body.pose.position;
+  body.linear_before = body.linear_velocity = body.linear_expected = state_.linear_velocities.col(row);
+  body.angular_before = body.angular_velocity = body.angular_expected = state_.angular_velocities.col(row);
+  body.inverse_mass = 0;
+  body.inverse_tensor.setZero();
+  body.factor = body.expected_factor = 1;
+  body.pull.setZero();
+  body.swing = body.pulled = 0;
+  body.interval = std::numeric_limits<double>::infinity();
+  const bool is_dynamic = rigid && rigid->motion_type == MotionType::kDynamic;
+  if (!is_dynamic || !active_[row] || is_over) body.axes = body.pose.orientation.toRotationMatrix();
+  if (!is_dynamic) return;
+  body.center += body.axes * entity.mass.center_of_mass;
+  if (!active_[row]) return;
+  body.inverse_mass = 1 / entity.mass.mass;
+  body.inverse_tensor = body.own_inverse;
+  body.interval = layer_.half_steps[row].Interval(layer_.last_substep, h);
+}
+
+void JointStep::Begin(double h) {
+  for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], h, false);
+  Stiffen(h);
+}
+
+void JointStep::Stiffen(double h) {
+  for (const Held& held : held_) {
+    const JointDesc& desc = scene_.joints[held.slot]->desc;
+    if (held.last_force.isZero(0) || !MayHold(desc)) continue;
+    JointBody& a = bodies_[held.a];
+    JointBody& b = bodies_[held.b];
+    // All that a joint does to both acts at the origin of frame b.
+    const Vector3 place = b.pose.position + b.axes * desc.frame_in_b->position;
+    a.pull += PullStiffness(place - a.center, -held.last_force);
+    b.pull += PullStiffness(place - b.center, held.last_force);
+  }
+  scales_.clear();
+  for (JointBody& body : bodies_) {
+    if (!body.is_movable() || body.pull.isZero(0)) continue;
+    body.pulled = body.pull.norm();
+    body.swing = SwingOf(body.own_inverse, body.pull, h);
+    body.factor = body.expected_factor = InertiaFactor(body.swing);
+    if (body.factor == 1) continue;
+    body.inverse_tensor = body.own_inverse / body.factor;
+    scales_.push_back({body.row, body.factor});
+  }
+}
+
+// Whether bodies need more inertia under what a solve of these rows gave than it found: where a chain comes taut the
+// last substep did not tell.
+bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) {
+  for (const uint32_t moved : solver_.moved()) bodies_[moved].pull.setZero();
+  for (size_t i = 0; i < mine.size();) {
+    const JointRow& first = rows[mine[i]];
+    Vector3 impulse = Vector3::Zero();
+    for (; i < mine.size() && rows[mine[i]].b == first.b && rows[mine[i]].point == first.point; ++i) {
+      const JointRow& row = rows[mine[i]];
+      if (row.kind == JointRow::Kind::kLinear) impulse += row.impulse * row.axis;
+    }
+    for (const auto& [side, sign] : {std::pair(first.a, -1.0), std::pair(first.b, 1.0)}) {
+      if (side == kWorldRow) continue;
+      JointBody& body = bodies_[body_of_[Index(side)]];
+      if (body.is_movable()) body.pull += PullStiffness(first.point - body.center, sign / body.interval * impulse);
+    }
+  }
+  bool is_surprised = false;
+  for (const uint32_t moved : solver_.moved()) {
+    JointBody& body = bodies_[moved];
+    if (body.pull.norm() <= kSurprise * body.pulled) continue;
+    const double swing = SwingOf(body.own_inverse, body.pull, h);
+    if (!(swing > kUnforeseenSwing * body.factor)) continue;
+    body.factor = InertiaFactor(swing);
+    body.inverse_tensor = body.own_inverse / body.factor;
+    is_surprised = true;
+  }
+  return is_surprised;
+}
+
+// Takes the velocities that forces have brought up meanwhile.
+void JointStep::Push(JointBody& body, double h) const {
+  const uint32_t row = Index(body.row);
+  body.linear_velocity = body.linear_expected = state_.linear_velocities.col(row);
+  body.angular_velocity = body.angular_expected = state_.angular_velocities.col(row);
+  const HalfStep& half = layer_.half_steps[row];
+  if (body.is_movable() && !half.restarts) {
+    body.linear_expected += body.interval * half.held_rate;
+    body.angular_expected += body.own_inverse * (half.held_momentum * (2 * body.interval / layer_.last_substep));
+  }
+  body.Foretell(h);
+}
+
+bool JointStep::Visit(Held& held, double h, std::vector<JointRow>* rows) {
+  const JointDesc& desc = scene_.joints[held.slot]->desc;
+  const JointBody& body_a = bodies_[held.a];
+  const JointBody& body_b = bodies_[held.b];
+  if ((!body_a.is_movable() && !body_b.is_movable()) || !MayHold(desc)) return false;
+  const JointSide a = JointSide::Now(body_a, *desc.frame_in_a), b = JointSide::Now(body_b, *desc.frame_in_b);
   expected_.clear();
-  const double trust = rows != nullptr ? std::min(Trust(a, slot, h), Trust(b, slot, h)) : 0;
+  const double trust = rows != nullptr ? std::min(TrustIn(body_a, h), TrustIn(body_b, h)) : 0;
   if (trust > 0) {
-    const JointSide a_ahead = a.Ahead(h), b_ahead = b.Ahead(h);
-    RowWriter ahead(a_ahead, b_ahead, layer_.joints[slot], expected_);
+    const JointSide a_ahead = a.Ahead(), b_ahead = b.Ahead();
+    RowWriter ahead(a_ahead, b_ahead, layer_.joints[held.slot], expected_);
     std::visit([&](const auto& joint) { WriteRows(joint, ahead); }, desc.kind);
   }
-  const ErrorCorrection correction = Gentler(CorrectionOf(desc.entity_a), CorrectionOf(desc.entity_b));
-  RowWriter writer(a, b, h, correction, layer_.joints[slot], rows, {expected_, trust});
+  RowWriter writer(a, b, h, held.correction, layer_.joints[held.slot], rows, {expected_, trust});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
-  if (rows != nullptr) held_[slot].share = h / writer.interval();
+  if (rows != nullptr) held.share = h / writer.interval();
   return true;
 }
 
 std::vector<JointRow>& JointStep::Write(double h) {
   rows_.clear();
   owners_.clear();
-  if (scene_.joints.empty()) return rows_;
-  if (!is_saved_) {
-    saved_ = layer_.joints;
-    is_saved_ = true;
-    held_.assign(scene_.joints.size(), {});
-    was_held_.assign(scene_.joints.size(), false);
-  }
-  for (uint32_t slot = 0; slot < scene_.joints.size(); ++slot) {
-    if (!scene_.joints[slot]) continue;
-    if (!Visit(slot, h, &rows_)) continue;
-    was_held_[slot] = true;
-    owners_.resize(rows_.size(), slot);
+  for (size_t i = 1; i < bodies_.size(); ++i) Push(bodies_[i], h);
+  for (uint32_t i = 0; i < held_.size(); ++i) {
+    if (!Visit(held_[i], h, &rows_)) continue;
+    held_[i].was_held = true;
+    owners_.resize(rows_.size(), i);
   }
   return rows_;
+}
+
+bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows) {
+  const std::vector<uint32_t>& mine = by_island_[island];
+  for (int surprises = 0;; ++surprises) {
+    if (!solver_.Solve(island, rows, mine, body_of_, bodies_)) return false;
+    if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) return true;
+    for (const uint32_t moved : solver_.moved()) {
+      JointBody& body = bodies_[moved];
+      body.linear_velocity = state_.linear_velocities.col(Index(body.row));
+      body.angular_velocity = state_.angular_velocities.col(Index(body.row));
+      // Torques of this substep have turned it as if it were lighter.
+      const Vector3 kicked = body.angular_velocity - body.angular_before;
+      if (body.factor > 1) body.angular_velocity = body.angular_before + body.expected_factor / body.factor * kicked;
+    }
+  }
+}
+
+std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const EntityRow> moving,
+                                     const ContactBuffer& contacts, std::vector<JointRow>& rows) {
+  left_.clear();
+  left_rows_.clear();
+  if (rows.empty() || solver == Solver::kIterative) return rows;
+  islands_.Find(state_.rows(), moving, contacts, rows);
+  if (by_island_.size() < islands_.islands().size()) by_island_.resize(islands_.islands().size());
+  for (std::vector<uint32_t>& list : by_island_) list.clear();
+  for (uint32_t i = 0; i < rows.size(); ++i) {
+    const uint32_t island = islands_.IslandOf(rows[i].a, rows[i].b);
+    if (island == Islands::kNone || islands_.islands()[island].contacts > 0) {
+      left_.push_back(i);
+    } else {
+      by_island_[island].push_back(i);
+    }
+  }
+  for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
+    const std::vector<uint32_t>& list = by_island_[island];
+    if (list.empty()) continue;
+    if (!SolveIsland(island, h, rows)) left_.insert(left_.end(), list.begin(), list.end());
+  }
+  for (JointBody& body : bodies_) {
+    if (!body.is_movable()) continue;
+    state_.linear_velocities.col(Index(body.row)) = body.linear_velocity;
+    state_.angular_velocities.col(Index(body.row)) = body.angular_velocity;
+  }
+  if (left_.size() == rows.size()) return rows;
+  std::sort(left_.begin(), left_.end());
+  for (const uint32_t i : left_) left_rows_.push_back(rows[i]);
+  return left_rows_;
+}
+
+void JointStep::TakeLeft(std::vector<JointRow>& rows) const {
+  for (size_t i = 0; i < left_rows_.size(); ++i) rows[left_[i]].impulse = left_rows_[i].impulse;
 }
 
 void JointStep::Take(double h) {
   const auto spin = [&](EntityRow row) -> Vector3 {
     return row == kWorldRow ? Vector3(Vector3::Zero()) : Vector3(state_.angular_velocities.col(Index(row)));
   };
+  for (Held& held : held_) held.last_force.setZero();
   for (size_t i = 0; i < owners_.size(); ++i) {
     const JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];
     if (row.kind == JointRow::Kind::kLinear) {
       held.force += held.share * row.impulse * row.axis;
+      held.last_force += held.share / h * row.impulse * row.axis;
     } else if (row.kind == JointRow::Kind::kAngular) {
       held.torque += held.share * row.impulse * row.axis;
     } else {
       held.torque += held.share * row.impulse * row.axis_b;
       // No pose tells how often a gear has turned, so that what it slipped is added up.
-      layer_.joints[owners_[i]].positions[5] += h * (row.axis.dot(spin(row.a)) + row.axis_b.dot(spin(row.b)));
+      layer_.joints[held.slot].positions[5] += h * (row.axis.dot(spin(row.a)) + row.axis_b.dot(spin(row.b)));
     }
   }
 }
 
 std::vector<JointId> JointStep::Finish(double step_size) {
   std::vector<JointId> broken;
-  for (uint32_t slot = 0; slot < was_held_.size(); ++slot) {
-    if (!was_held_[slot] || !scene_.joints[slot]) continue;
-    JointState& joint = layer_.joints[slot];
-    joint.force = held_[slot].force / step_size;
-    joint.torque = held_[slot].torque / step_size;
-    Visit(slot, step_size, nullptr);
-    const JointDesc& desc = scene_.joints[slot]->desc;
-    const bool is_pulled = desc.break_force && joint.force.norm() > *desc.break_force;
-    const bool is_twisted = desc.break_torque && joint.torque.norm() > *desc.break_torque;
-    if (is_pulled || is_twisted) broken.push_back(scene_.joints[slot]->id);
+  for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], step_size, true);
+  for (Held& held : held_) {
+    if (!held.was_held) continue;
+    JointState& joint = layer_.joints[held.slot];
+    joint.force = held.force / step_size;
+    joint.torque = held.torque / step_size;
+    Visit(held, step_size, nullptr);
+    const SceneJoint& scene_joint = *scene_.joints[held.slot];
+    const bool is_pulled = scene_joint.desc.break_force && joint.force.norm() > *scene_joint.desc.break_force;
+    const bool is_twisted = scene_joint.desc.break_torque && joint.torque.norm() > *scene_joint.desc.break_torque;
+    if (is_pulled || is_twisted) broken.push_back(scene_joint.id);
   }
   std::sort(broken.begin(), broken.end());
   return broken;
@@ -148,8 +309,6 @@ void JointStep::MarkHeld(std::vector<uint8_t>& held) const {
   }
 }
 
-void JointStep::Restore() {
-  if (is_saved_) layer_.joints = saved_;
-}
+void JointStep::Restore() { layer_.joints = saved_; }
 
 }  // namespace genphys

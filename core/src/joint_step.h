@@ -1,57 +1,109 @@
 #pragma once
+#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "genphys/backend.h"
+#include "genphys/islands.h"
 #include "genphys/layer_state.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
+#include "genphys/stepper.h"
+#include "joints/joint_body.h"
+#include "joints/row_solver.h"
 #include "joints/row_writer.h"
 
 namespace genphys {
 
-/// The joints of a world over one step: rows for each solve, and what they come to. Arguments outlive this object.
+/// The joints of a world over one step: what they add to the bodies they hold, rows for each solve, and what these come
+/// to. Arguments outlive this object. It is kept from step to step for its memory only.
 class JointStep {
  public:
-  JointStep(const Scene& scene, const StateArrays& state, const std::vector<uint8_t>& active, LayerState& layer)
+  JointStep(const Scene& scene, StateArrays& state, const std::vector<uint8_t>& active, LayerState& layer)
       : scene_(scene), state_(state), active_(active), layer_(layer) {}
+
+  /// Begins a step.
+  void Start();
+
+  /// Begins a substep of `h` seconds, before forces act: poses and velocities are those at its start, and tensors are
+  /// set.
+  void Begin(double h);
+
+  /// Tells how a movable body is turned at the start of the substep that Begin() comes to: its axes as columns and the
+  /// inverse of its tensor, world.
+  void SetTensors(EntityRow row, const Matrix3& axes, const Matrix3& inverse_tensor);
+
+  /// The body as joints hold it in this substep, or null.
+  const JointBody* Find(EntityRow row) const;
+
+  /// The bodies that are harder to turn in this substep.
+  std::span<const InertiaScale> scales() const { return scales_; }
 
   /// The rows of all joints that hold something awake, at the present poses, for a solve over `h` seconds. Others may
   /// be added behind them.
   std::vector<JointRow>& Write(double h);
-  /// Takes what that solve made of them. Velocities must still be those by which it moved the bodies.
+
+  /// Solves all at once those of `rows` (as Write() gave them, with others behind) whose islands touch nothing, unless
+  /// `solver` says otherwise: of the movable `moving` rows, with the contacts as they are. Returns those that are left
+  /// to the engine, which TakeLeft() must follow. The solve is over `h` seconds.
+  std::span<JointRow> Solve(Solver solver, double h, std::span<const EntityRow> moving, const ContactBuffer& contacts,
+                            std::vector<JointRow>& rows);
+  void TakeLeft(std::vector<JointRow>& rows) const;
+
+  /// Takes what that solve made of the rows. Velocities must still be those by which it moved the bodies.
   void Take(double h);
+
   /// Notes where the joints are and what they held over `step_size` seconds; returns those that must break, ascending.
   std::vector<JointId> Finish(double step_size);
+
   /// Marks the rows that some joint holds.
   void MarkHeld(std::vector<uint8_t>& held) const;
+
   /// Undoes all of it.
   void Restore();
 
  private:
   struct Held {
-    Vector3 force = Vector3::Zero();   // N*s on b so far
-    Vector3 torque = Vector3::Zero();  // N*m*s on b so far
-    double share = 1;                  // of the substep, to the time for which its solve acts
+    uint32_t slot = 0;
+    uint32_t a = 0;  // in bodies_
+    uint32_t b = 0;
+    ErrorCorrection correction;
+    bool was_held = false;
+    Vector3 force = Vector3::Zero();       // N*s on b so far
+    Vector3 torque = Vector3::Zero();      // N*m*s on b so far
+    Vector3 last_force = Vector3::Zero();  // N on b, in the last substep
+    double share = 1;                      // of the substep, to the time for which its solve acts
   };
 
-  JointSide SideOf(const EntityRef& entity, const Pose& frame, double h) const;
+  uint32_t BodyOf(const EntityRef& entity);
   ErrorCorrection CorrectionOf(const EntityRef& entity) const;
   bool MayHold(const JointDesc& desc) const;
-  double Trust(const JointSide& side, uint32_t slot, double h) const;
+  // Once the step is over nobody has told the axes.
+  void Load(JointBody& body, double h, bool is_over) const;
+  void Stiffen(double h);
+  bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
+  bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
+  void Push(JointBody& body, double h) const;
   // Without `rows` the coordinates alone are noted. False: nothing that it holds can move.
-  bool Visit(uint32_t slot, double h, std::vector<JointRow>* rows);
+  bool Visit(Held& held, double h, std::vector<JointRow>* rows);
 
   const Scene& scene_;
-  const StateArrays& state_;
+  StateArrays& state_;
   const std::vector<uint8_t>& active_;
   LayerState& layer_;
   std::vector<JointState> saved_;
-  bool is_saved_ = false;
+  std::vector<JointBody> bodies_;  // the first is the world
+  std::vector<uint32_t> body_of_;  // by row; zero: no joint holds it
+  std::vector<Held> held_;         // in order of slots
   std::vector<JointRow> rows_;
-  std::vector<uint32_t> owners_;  // slots of the joints that rows_ are of
+  std::vector<uint32_t> owners_;  // of rows_, in held_
   std::vector<double> expected_;  // scratch
-  std::vector<Held> held_;        // by slot
-  std::vector<uint8_t> was_held_;
+  std::vector<InertiaScale> scales_;
+  Islands islands_;
+  RowSolver solver_;
+  std::vector<std::vector<uint32_t>> by_island_;  // rows, by island
+  std::vector<JointRow> left_rows_;
+  std::vector<uint32_t> left_;  // in rows
 };
 
 /// The row of one side of a joint.

@@ -75,10 +75,8 @@ StepRun::Push StepRun::SteadyPush(EntityRow row) const {
 void StepRun::BeginMover(Mover& mover) {
   const uint32_t row = Index(mover.row);
   HalfStep& half = world_.layer_.half_steps[row];
-  const MassProperties& mass = world_.scene_.entities[row]->mass;
-  const Quaternion orientation = state_.pose(mover.row).orientation;
-  mover.tensor = WorldTensor(orientation, mass.tensor);
-  mover.inverse_tensor = WorldTensor(orientation, mass.inverse_tensor);
+  TakeTensors(mover);
+  joints_.SetTensors(mover.row, mover.axes, mover.inverse_tensor);
   mover.start = state_.pose(mover.row);
   mover.steady = SteadyPush(mover.row);
   const double last = world_.layer_.last_substep;
@@ -101,7 +99,21 @@ void StepRun::BeginMover(Mover& mover) {
   state_.angular_velocities.col(row) = mover.inverse_tensor * mover.momentum;
 }
 
+// Its tensors at the present pose.
+void StepRun::TakeTensors(Mover& mover) const {
+  const Column4 orientation = state_.orientations.col(Index(mover.row));
+  if (orientation == mover.turned_as) return;
+  const MassProperties& mass = world_.scene_.entities[Index(mover.row)]->mass;
+  mover.turned_as = orientation;
+  mover.axes = FromColumn(orientation).toRotationMatrix();
+  mover.tensor.noalias() = Matrix3(mover.axes * mass.tensor) * mover.axes.transpose();
+  mover.inverse_tensor.noalias() = Matrix3(mover.axes * mass.inverse_tensor) * mover.axes.transpose();
+}
+
 void StepRun::KickMover(Mover& mover, double h) {
+  // All that turns it must find the same tensor, or forces would not balance.
+  const JointBody* const held = joints_.Find(mover.row);
+  mover.yield = held != nullptr ? 1 / held->factor : 1;
   const uint32_t row = Index(mover.row);
   const RigidBody& body = *world_.scene_.entities[row]->desc->rigid_body;
   const MassProperties& mass = world_.scene_.entities[row]->mass;
@@ -112,10 +124,10 @@ void StepRun::KickMover(Mover& mover, double h) {
   // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
   const HalfStep& half = world_.layer_.half_steps[row];
   Vector3 linear = state_.linear_velocities.col(row) + half.steady_kick + mover.past * mover.field.acceleration;
-  mover.momentum += half.steady_twist + mover.past * mover.field.torque;
+  mover.momentum += mover.yield * (half.steady_twist + mover.past * mover.field.torque);
   Brake(mover, mover.past + h / 2, linear, mover.momentum);
   linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);
-  mover.momentum += h / 2 * (mover.steady.torque + mover.field.torque);
+  mover.momentum += mover.yield * (h / 2 * (mover.steady.torque + mover.field.torque));
   mover.linear_given = Limited(linear, body.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 
@@ -171,9 +183,8 @@ void StepRun::EndMover(Mover& mover, double h) {
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
   Vector3 linear = half.velocity + half.steady_kick + h / 2 * mover.field.acceleration;
-  Vector3 momentum = half.momentum + half.steady_twist + h / 2 * mover.field.torque;
-  mover.tensor = WorldTensor(state_.pose(mover.row).orientation, entity.mass.tensor);
-  mover.inverse_tensor = WorldTensor(state_.pose(mover.row).orientation, entity.mass.inverse_tensor);
+  Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * mover.field.torque);
+  TakeTensors(mover);
   Brake(mover, h / 2, linear, momentum);
   const RigidBody& body = *entity.desc->rigid_body;
   state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, body.linear_speed_max);

@@ -3,18 +3,17 @@
 #include <utility>
 
 #include "event_order.h"
-#include "free_rotation.h"
 #include "sleeping.h"
 #include "step_run.h"
 
 namespace genphys {
 
 void StepRun::FinishNetForces() {
-  for (const Mover& mover : movers_) {
+  for (Mover& mover : movers_) {
     const uint32_t row = Index(mover.row);
     const MassProperties& mass = world_.scene_.entities[row]->mass;
-    const Vector3 momentum =
-        WorldTensor(state_.pose(mover.row).orientation, mass.tensor) * state_.angular_velocities.col(row);
+    TakeTensors(mover);
+    const Vector3 momentum = mover.tensor * state_.angular_velocities.col(row);
     state_.net_forces.col(row) = mass.mass / step_size_ * (state_.linear_velocities.col(row) - mover.linear_start);
     state_.net_torques.col(row) = (momentum - mover.momentum_start) / step_size_;
   }

@@ -47,9 +47,12 @@ class StepRun {
     Push field;                                // force fields
     Vector3 linear_given = Vector3::Zero();    // the engine was given
     Vector3 spin_given = Vector3::Zero();
-    Vector3 momentum = Vector3::Zero();  // angular, in the middle of the substep without contacts and joints
-    Matrix3 tensor = Matrix3::Zero();    // world, at the start of the substep
+    Vector3 momentum = Vector3::Zero();   // angular, in the middle of the substep without contacts and joints
+    Column4 turned_as = Column4::Zero();  // the orientation for which the following are, world
+    Matrix3 axes = Matrix3::Identity();
+    Matrix3 tensor = Matrix3::Zero();
     Matrix3 inverse_tensor = Matrix3::Zero();
+    double yield = 1;  // part by which torques turn it of what they else would: see InertiaFactor()
   };
 
   // A dynamic body that nothing can meet in this step.
@@ -70,6 +73,7 @@ class StepRun {
   void WakeCarried(std::vector<EntityRow>& carried) const;
   void FinishJoints();
   void Substep(double h, double elapsed);
+  void Solve(double h);
   void MoveKinematic(double h);
   void Save(EntityRow row, bool asleep);
   void Restore();
@@ -98,6 +102,7 @@ class StepRun {
   Push SteadyPush(EntityRow row) const;
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);
+  void TakeTensors(Mover& mover) const;
   void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
   void EndMover(Mover& mover, double h);
   void PayReleased();
@@ -125,6 +130,7 @@ class StepRun {
   World& world_;
   double step_size_;
   double substep_ = 0;  // s
+  Solver solver_ = Solver::kAutomatic;
   StateArrays& state_;
   FieldForces fields_;
   std::vector<Saved> saved_;
@@ -144,7 +150,7 @@ class StepRun {
   std::vector<uint8_t> tested_;            // rows that were active in some Collide() of this step
   double last_substep_before_ = 0;
   StepTouches touches_;
-  JointStep joints_;
+  JointStep& joints_;
   LockedBodies locked_;
   std::vector<JointBroke> broken_;
   std::vector<EntityId> faulted_;

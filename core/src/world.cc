@@ -53,7 +53,8 @@ Status AboutWorld(const Status& status) {
 
 }  // namespace
 
-World::World(const BackendRegistry& registry, const WorldDesc& desc) : registry_(registry) {
+World::World(const BackendRegistry& registry, const WorldDesc& desc)
+    : registry_(registry), joint_step_(std::make_unique<JointStep>(scene_, state_, active_, layer_)) {
   scene_.world = desc;
   scene_.world.engine = "none";
 }

@@ -27,7 +27,7 @@ StepRun::StepRun(World& world, double step_size)
       state_(world.state_),
       fields_(world.scene_, world.state_),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
-      joints_(world.scene_, world.state_, world.active_, world.layer_),
+      joints_(*world.joint_step_),
       locked_(world.scene_, world.state_) {}
 
 Status StepRun::Run() {
@@ -101,8 +101,8 @@ void StepRun::AddMover(EntityRow row) {
   mover.start = state_.pose(row);
   accelerations_[Index(row)] = SteadyPush(row).acceleration;
   mover.linear_start = state_.linear_velocities.col(Index(row));
-  mover.momentum_start = WorldTensor(state_.pose(row).orientation, world_.scene_.entities[Index(row)]->mass.tensor) *
-                         state_.angular_velocities.col(Index(row));
+  TakeTensors(mover);
+  mover.momentum_start = mover.tensor * state_.angular_velocities.col(Index(row));
 }
 
 void StepRun::Advance() {
@@ -112,14 +112,19 @@ void StepRun::Advance() {
   GatherForces();
   flew_.assign(state_.rows(), false);
   jointed_.assign(state_.rows(), false);
+  joints_.Start();
   joints_.MarkHeld(jointed_);
   ChooseFlyers();
   last_substep_before_ = world_.layer_.last_substep;
+  saved_.reserve(rows_.size() + kinematic_rows_.size());
+  movers_.reserve(rows_.size());
   for (EntityRow row : rows_) Save(row, false);
   for (EntityRow row : kinematic_rows_) Save(row, false);
   for (EntityRow row : rows_) AddMover(row);
-  const uint32_t substeps = world_.backend_->Resolve(world_.scene_.world.stepper).substeps;
+  const StepperSettings settings = world_.backend_->Resolve(world_.scene_.world.stepper);
+  const uint32_t substeps = settings.substeps;
   substep_ = step_size_ / substeps;
+  solver_ = settings.solver;
   if (world_.contacts_stale_) CollideAndWake(nullptr);
   if (rows_.empty() && kinematic_rows_.empty()) {
     world_.solved_.Clear();
@@ -220,13 +225,14 @@ void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
 
 void StepRun::Substep(double h, double elapsed) {
   for (Mover& mover : movers_) BeginMover(mover);
+  joints_.Begin(h);
   GatherFields(h);
   for (Mover& mover : movers_) KickMover(mover, h);
   RetireStrays();
   locked_.Begin(rows_);
   PrepareContacts(h);
   Mark("kick");
-  world_.engine_->Solve(h, rows_, state_, world_.contacts_, locked_.Write(world_.contacts_, joints_.Write(h)));
+  Solve(h);
   Mark("solve");
   joints_.Take(h);
   ShareImpulses(h);
@@ -246,6 +252,14 @@ void StepRun::Substep(double h, double elapsed) {
   CollideAndWake(nullptr);
   PayReleased();
   ResolveImpacts(h, elapsed + h, true);
+}
+
+void StepRun::Solve(double h) {
+  std::vector<JointRow>& rows = locked_.Write(world_.contacts_, joints_.Write(h));
+  const std::span<JointRow> left = joints_.Solve(solver_, h, rows_, world_.contacts_, rows);
+  world_.engine_->ScaleInertia(joints_.scales());
+  world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
+  joints_.TakeLeft(rows);
 }
 
 void StepRun::MoveKinematic(double h) {

@@ -96,6 +96,63 @@ TEST_P(JointsHolding, ALongChainHoldsTogetherHoweverItIsSolved) {
   }
 }
 
+TEST_P(JointsHolding, AHeavyEndSwingsOnALightChainWithoutTearingIt) {
+  Proves({Claim::kJointBall, Claim::kJointHinge});
+  // Of the chain; the way of a joint is foretold to second order, and 1/60 s is a tenth of a swing.
+  constexpr double kGap = 1e-3;
+  constexpr double kLength = 0.1, kThickness = 0.02;
+  for (const auto& [links, ratio, angle] :
+       {std::tuple(10, 1e3, 0.5), std::tuple(4, 1e4, 1.2), std::tuple(16, 100.0, 1.0), std::tuple(1, 1e3, 0.8)}) {
+    for (const JointKind& kind : {JointKind(BallJoint{}), JointKind(HingeJoint{})}) {
+      const auto world = MakeSpace(GetParam());
+      const Vector3 along(std::sin(angle), 0, -std::cos(angle));
+      const double chain = (links + 1) * kLength;
+      std::vector<JointId> joints;
+      EntityId above;
+      for (int i = 0; i <= links; ++i) {
+        const double mass = i < links ? 0.1 : 0.1 * ratio;
+        EntityDesc link = Body(Capsule{kThickness / 2, (kLength - kThickness) / 2}, (i + 0.5) * kLength * along, mass);
+        if (i == links) link = Ball(chain * along, 0.08, mass);
+        link.pose.orientation = Quaternion::FromTwoVectors(-Vector3::UnitZ(), along);
+        const EntityId id = Add(*world, link);
+        const Vector3 place(0, 0, i == 0 ? 0 : -kLength / 2);
+        joints.push_back(Join(*world, Between(above, id, kind, FrameAlong(Vector3::UnitY(), place))));
+        above = id;
+      }
+      const double fastest = std::sqrt(2 * kGravity * chain * (1 - std::cos(angle)));
+      for (int i = 0; i < 180; ++i) {
+        Steps(*world, 1);
+        for (const JointId joint : joints) ASSERT_LE(GapOf(*world, joint), kGap * chain) << links << " step " << i;
+        // A fall from there, and the second order of it.
+        ASSERT_LE(VelocityOf(*world, above).norm(), 1.02 * fastest) << links << " step " << i;
+      }
+    }
+  }
+}
+
+TEST_P(JointsHolding, AnOutsideTorqueIsBalancedByWhatPullsALightLink) {
+  Proves({Claim::kJointBall});
+  constexpr double kLength = 0.1, kLink = 0.1, kEnd = 100, kTorque = 20, kDamping = 5;
+  const auto world = MakeSpace(GetParam());
+  EntityDesc link = Body(Capsule{0.01, kLength / 2 - 0.01}, {0, 0, -kLength / 2}, kLink);
+  EntityDesc end = Ball({0, 0, -2 * kLength}, 0.08, kEnd);
+  // So that both come to rest.
+  for (EntityDesc* body : {&link, &end})
+    body->rigid_body->linear_damping = body->rigid_body->angular_damping = kDamping;
+  const EntityId light = Add(*world, link), heavy = Add(*world, end);
+  const JointId top = Join(*world, ToWorld(light, BallJoint{}));
+  const JointId below = Join(*world, Between(light, heavy, BallJoint{}, Pose{{0, 0, -kLength / 2}, {1, 0, 0, 0}}));
+  Do(*world, ApplyForce{.id = light, .torque = {0, -kTorque, 0}, .steps = 1200});
+  Steps(*world, 1100);
+  // About the upper joint: the weight of the link acts at half of its length, that of the end at all of it.
+  const double sine = kTorque / (kGravity * kLength * (kEnd + kLink / 2));
+  EXPECT_NEAR(PositionOf(*world, light).x(), kLength / 2 * sine, 1e-4 * kLength);
+  // Damping takes its part of what a substep of gravity brings up.
+  const double tolerance = 2 * kDamping * SubstepOf(*world) / 2 * kEnd * kGravity;
+  EXPECT_NEAR(StateOf(*world, below).force.z(), kEnd * kGravity, tolerance);
+  EXPECT_LE((StateOf(*world, top).force - Vector3(0, 0, (kEnd + kLink) * kGravity)).norm(), tolerance);
+}
+
 TEST_P(JointsHolding, AFixedBeamCarriesItsWeightAndItsMoment) {
   Proves({Claim::kJointFixed});
   const auto world = MakeSpace(GetParam());

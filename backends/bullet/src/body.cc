@@ -32,7 +32,6 @@ Body::Body(const BodyDesc& desc, const StateArrays& state)
   }
   if (motion_type == MotionType::kDynamic) {
     center_of_mass = desc.mass.center_of_mass;
-    Vector3 moments;
     FindPrincipalAxes(desc.mass.tensor, moments, principal_axes);
     rigid = std::make_unique<btRigidBody>(desc.mass.mass, nullptr, nullptr, ToBullet(moments));
   } else if (motion_type == MotionType::kKinematic) {
@@ -67,6 +66,9 @@ void Body::PlaceGeometries() {
 void Body::LoadRigid(const StateArrays& state) {
   const Placement entity = ToPlacement(pose);
   const Placement center{entity.Transform(center_of_mass), entity.rotation * principal_axes};
+  if (motion_type == MotionType::kDynamic) {
+    rigid->setInvInertiaDiagLocal(ToBullet((inertia_factor * moments).cwiseInverse()));
+  }
   rigid->setWorldTransform(ToTransform(center));
   rigid->updateInertiaTensor();
   rigid->setLinearVelocity(ToBullet(state.linear_velocities.col(Index(row))));

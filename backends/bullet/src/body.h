@@ -42,7 +42,9 @@ struct Body {
   uint64_t group_stamp = 0;  // of the last group of constraints that it was solved in
   Pose pose;
   Vector3 center_of_mass = Vector3::Zero();      // in the entity's frame
+  Vector3 moments = Vector3::Zero();             // principal ones, kg*m^2
   Matrix3 principal_axes = Matrix3::Identity();  // in the entity's frame, as columns
+  double inertia_factor = 1;                     // for the next solve
   std::unique_ptr<btRigidBody> rigid;            // as the solver sees it; none for static bodies
   SolvedMotion motion;
   std::vector<PlacedGeometry> geometries;

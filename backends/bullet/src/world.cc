@@ -53,6 +53,17 @@ void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state
   for (const EntityRow row : rows) body(row).TakePose(state);
 }
 
+void World::ScaleInertia(std::span<const InertiaScale> scales) {
+  for (const EntityRow row : scaled_) {
+    if (bodies_[Index(row)] != nullptr) body(row).inertia_factor = 1;
+  }
+  scaled_.clear();
+  for (const InertiaScale& scale : scales) {
+    body(scale.row).inertia_factor = scale.factor;
+    scaled_.push_back(scale.row);
+  }
+}
+
 void World::FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) {
   PlacedGeometry& first = geometry(a);
   PlacedGeometry& second = geometry(b);

@@ -27,6 +27,7 @@ class World final : public BackendWorld {
     solver_.SetIterations(settings.iterations);
   }
   void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) override;
+  void ScaleInertia(std::span<const InertiaScale> scales) override;
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved) override;
@@ -55,6 +56,7 @@ class World final : public BackendWorld {
   uint64_t group_stamp_ = 0;
   StepperSettings settings_;
   Islands islands_;
+  std::vector<EntityRow> scaled_;  // bodies that are harder to turn
 
   // Kept between calls for their memory only.
   std::vector<size_t> solved_pairs_;  // in the contact buffer, by number in the solver

@@ -183,6 +183,15 @@ void World::LoadBodies(const StateArrays& state) {
     CheckFinite(motion);
     solver_.SetBody(i, body.serial, body.mass, motion);
   }
+  for (const InertiaScale& scale : scales_) {
+    const Body& body = bodies_[Index(scale.row)];
+    if (body.solved_as == kUnsolved) continue;
+    MassProperties mass = body.mass;
+    mass.tensor *= scale.factor;
+    mass.inverse_tensor /= scale.factor;
+    // No other body has this mass, nor has this one afterwards.
+    solver_.SetBody(body.solved_as, ++last_serial_, mass, MotionOf(scale.row, state));
+  }
 }
 
 World::Side World::SideOf(EntityRow row, const StateArrays& state) const {

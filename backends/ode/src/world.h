@@ -24,6 +24,7 @@ class World final : public BackendWorld {
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
   void SetStepper(const StepperSettings& settings) override { solver_.SetStepper(settings); }
   void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) override;
+  void ScaleInertia(std::span<const InertiaScale> scales) override { scales_.assign(scales.begin(), scales.end()); }
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
   void SaveState(std::string& bytes) const override;
@@ -95,7 +96,8 @@ class World final : public BackendWorld {
   std::vector<EntityRow> held_rows_;
   std::vector<EntityRow> solved_rows_;  // of the group that is being solved
   Islands islands_;
-  std::vector<Pushes> pushes_;  // by island
+  std::vector<Pushes> pushes_;        // by island
+  std::vector<InertiaScale> scales_;  // for the next solve
   std::vector<Solved> solved_;
 };
 

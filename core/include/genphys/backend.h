@@ -31,6 +31,12 @@ struct BodyDesc {
   std::span<const GeometryRow> geometries;  // parallel to body.geometries
 };
 
+/// A body whose tensor is to be taken `factor` times as large in one solve, for joints pull it too hard for the step.
+struct InertiaScale {
+  EntityRow row{};
+  double factor = 1;
+};
+
 /// One engine's worth of one world. Called by one thread at a time. Every argument has been validated and checked
 /// against the engine's capabilities. The layer finds who is near whom and owns gravity, forces, damping, gyroscopic
 /// terms, restitution, sleeping, the motion of kinematic bodies, rays and what joints mean: the engine finds contact
@@ -63,6 +69,9 @@ class BackendWorld {
   /// the contacts, and their impulses written back.
   virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                      std::span<JointRow> joint_rows) = 0;
+
+  /// Which bodies are harder to turn in the next Solve(), and in no other; an engine without joints is given none.
+  virtual void ScaleInertia(std::span<const InertiaScale> scales) { static_cast<void>(scales); }
 
   /// Impulses that held these contacts at the last solve, by another engine: a start for the next solve here. Called
   /// once, when all bodies are added; an engine that starts every solve from nothing has no use for it.

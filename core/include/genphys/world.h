@@ -21,6 +21,8 @@
 
 namespace genphys {
 
+class JointStep;
+
 /// Where a step's work went: EXPLAIN for physics. Of the last Step().
 struct StepStats {
   struct Stage {
@@ -203,6 +205,7 @@ class World {
   bool record_stats_ = false;
   StepStats stats_;
   std::vector<Event> events_;
+  std::unique_ptr<JointStep> joint_step_;
   struct Initial;
   std::unique_ptr<Initial> initial_;  // as of the first step
 };

@@ -14,6 +14,10 @@ constexpr double kLeastScale = 0.05;
 
 void WriteRows(const BallJoint& joint, RowWriter& writer) {
   writer.LockPoint();
+  const bool is_twist_locked = joint.twist.lower && joint.twist.upper && *joint.twist.lower >= *joint.twist.upper;
+  if (writer.is_foretelling() && !is_twist_locked) return;
+  const bool is_free = !joint.swing_max && !joint.twist.lower && !joint.twist.upper;
+  if (!writer.is_noting() && is_free) return;
   const Vector3 z_a = writer.a().axis(2), z_b = writer.b().axis(2);
   const Vector3 across = z_a.cross(z_b);
   const double sine = across.norm(), cosine = z_a.dot(z_b);

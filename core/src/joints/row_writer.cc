@@ -21,6 +21,9 @@ constexpr double kLimitHorizon = 200;
 // Of its own mobility: a row that is softer moves nothing by as much as a rounding error.
 constexpr double kMostSoftness = 1e18;
 constexpr double kLeastImpulse = 1e-290;
+// (rad per step)^2 of a spring alone on what it holds, or the part of a velocity that its damper takes in a step: from
+// where on a step resolves it no more, and from where on not at all.
+constexpr double kResolvedPace = 1, kUnresolvedPace = 4;
 constexpr double kTurn = 2 * std::numbers::pi;
 
 // The rotation vector of `q`, rad, the short way round.
@@ -33,14 +36,18 @@ Vector3 Log(const Quaternion& q) {
 
 }  // namespace
 
-JointSide JointSide::Ahead(double time) const {
-  JointSide ahead = *this;
-  const double angle = angular_expected.norm() * time;
-  Quaternion turn = Quaternion::Identity();
-  if (angle > 0) turn = Quaternion(Eigen::AngleAxisd(angle, angular_expected.normalized()));
-  ahead.center = center + time * linear_expected;
-  ahead.frame = {ahead.center + turn * (frame.position - center), (turn * frame.orientation).normalized()};
-  return ahead;
+// Of b against a, as it is now or was before the forces of this substep.
+double RowWriter::RateOf(const Coordinate& coordinate, bool before) const {
+  const JointBody &a = *a_.body, &b = *b_.body;
+  const Vector3& point = b_.frame.position;
+  Vector3 relative;
+  if (coordinate.is_angular()) {
+    relative = before ? Vector3(b.angular_before - a.angular_before) : Vector3(b.angular_velocity - a.angular_velocity);
+  } else {
+    relative =
+        before ? Vector3(b.BeforeAt(point) - a.BeforeAt(point)) : Vector3(b.VelocityAt(point) - a.VelocityAt(point));
+  }
+  return coordinate.axis.dot(relative) / coordinate.scale;
 }
 
 // By how much more (m/s or rad/s) the coordinate changes in the step than its rate says.
@@ -50,9 +57,10 @@ double RowWriter::Bend(const Coordinate& coordinate) {
     return 0;
   }
   if (rows_ == nullptr || next_expected_ >= expected_.positions.size()) return 0;
-  const Vector3 relative = coordinate.is_angular()
-                               ? Vector3(b_.angular_expected - a_.angular_expected)
-                               : Vector3(b_.ExpectedAt(b_.frame.position) - a_.ExpectedAt(b_.frame.position));
+  const Vector3 relative =
+      coordinate.is_angular()
+          ? Vector3(b_.body->angular_expected - a_.body->angular_expected)
+          : Vector3(b_.body->ExpectedAt(b_.frame.position) - a_.body->ExpectedAt(b_.frame.position));
   const double straight = coordinate.axis.dot(relative) / coordinate.scale * step_size_;
   double bend = expected_.positions[next_expected_++] - coordinate.position - straight;
   if (coordinate.is_angular()) bend -= kTurn * std::round(bend / kTurn);
@@ -61,23 +69,24 @@ double RowWriter::Bend(const Coordinate& coordinate) {
 
 void RowWriter::Lock(const Coordinate& coordinate) { LockAt(coordinate, 0, Bend(coordinate)); }
 
-Vector3 RowWriter::Offset() const { return a_.frame.orientation.conjugate() * (b_.frame.position - a_.frame.position); }
+Vector3 RowWriter::Offset() const { return a_.axes.transpose() * (b_.frame.position - a_.frame.position); }
 
 Quaternion RowWriter::Turn() const { return a_.frame.orientation.conjugate() * b_.frame.orientation; }
 
 Coordinate RowWriter::Along(int i) const {
-  return {.place = static_cast<size_t>(i), .axis = a_.axis(i), .position = Offset()[i]};
+  const Vector3 axis = a_.axis(i);
+  return {.place = static_cast<size_t>(i), .axis = axis, .position = axis.dot(b_.frame.position - a_.frame.position)};
 }
 
 double RowWriter::Mobility(const JointRow& row) const {
   Vector3 turn_a = row.axis, turn_b = row.kind == JointRow::Kind::kGeared ? row.axis_b : row.axis;
   double linear = 0;
   if (row.kind == JointRow::Kind::kLinear) {
-    linear = a_.inverse_mass + b_.inverse_mass;
-    turn_a = (row.point - a_.center).cross(row.axis);
-    turn_b = (row.point - b_.center).cross(row.axis);
+    linear = a_.body->inverse_mass + b_.body->inverse_mass;
+    turn_a = (row.point - a_.body->center).cross(row.axis);
+    turn_b = (row.point - b_.body->center).cross(row.axis);
   }
-  return linear + turn_a.dot(a_.inverse_tensor * turn_a) + turn_b.dot(b_.inverse_tensor * turn_b);
+  return linear + turn_a.dot(a_.body->inverse_tensor * turn_a) + turn_b.dot(b_.body->inverse_tensor * turn_b);
 }
 
 double RowWriter::Correction(double error, bool is_angular) const {
@@ -89,8 +98,8 @@ double RowWriter::Correction(double error, bool is_angular) const {
 
 JointRow& RowWriter::Add(const Coordinate& coordinate) {
   JointRow& row = rows_->emplace_back();
-  row.a = a_.row;
-  row.b = b_.row;
+  row.a = a_.body->row;
+  row.b = b_.body->row;
   row.kind = coordinate.is_angular() ? JointRow::Kind::kAngular : JointRow::Kind::kLinear;
   row.axis = coordinate.axis;
   row.point = b_.frame.position;
@@ -146,10 +155,7 @@ void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
   double& noted = state_.positions[coordinate.place];
   if (coordinate.is_angular()) coordinate.position += kTurn * std::round((noted - coordinate.position) / kTurn);
   noted = coordinate.position;
-  const Vector3 relative = coordinate.is_angular()
-                               ? Vector3(b_.angular_velocity - a_.angular_velocity)
-                               : Vector3(b_.VelocityAt(b_.frame.position) - a_.VelocityAt(b_.frame.position));
-  state_.rates[coordinate.place] = coordinate.axis.dot(relative) / coordinate.scale;
+  state_.rates[coordinate.place] = RateOf(coordinate, false);
   if (rows_ == nullptr) return;
   WriteLimits(coordinate, axis.limits, bend);
   if (axis.motor) WriteMotor(coordinate, *axis.motor, axis.limits);
@@ -197,22 +203,30 @@ void RowWriter::Bound(double force_max) {
 
 void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
                           double force_max) {
-  // The force at the end of the step, k (rest - x - h v) + c (rate - v), solved for v.
-  const double implicit = step_size_ * stiffness + damping;
-  if (!(implicit > 0) || force_max == 0) return;
+  if (!(stiffness + damping > 0) || force_max == 0) return;
   JointRow& row = Add(coordinate);
-  row.target = coordinate.scale * (stiffness * (rest - coordinate.position) + damping * rate) / implicit;
-  const double softness = coordinate.scale * coordinate.scale / (interval() * implicit);
+  const double h = step_size_, time = interval(), scale = coordinate.scale;
+  // The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1
+  // and of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
+  // leapfrog). One that a step does not resolve would not decay either, so that its force is that at the end.
+  const double mobility = Mobility(row) / (scale * scale);
+  const double pace = std::max(stiffness * h, damping) * h * mobility;
+  const double late = std::clamp((pace - kResolvedPace) / (kUnresolvedPace - kResolvedPace), 0.0, 1.0);
+  const double inertia = (1 - late) * h * h / 4 * stiffness, resistance = (1 - late) * time / 2 * damping;
+  const double after = inertia + resistance + late * time * (h * stiffness + damping);
+  const double push = time * (stiffness * (rest - coordinate.position) + damping * rate);
+  row.target = scale * (push + (inertia - resistance) * RateOf(coordinate, true)) / after;
+  const double softness = scale * scale / after;
   // What is too weak to be felt must not be divided by.
   if (!(kLeastSoftness * softness <= kMostSoftness * row.softness)) return rows_->pop_back();
   row.softness = std::max(row.softness, softness);
-  Bound(force_max / coordinate.scale);
+  Bound(force_max / scale);
 }
 
 void RowWriter::LockGear(double ratio) {
   if (positions_ != nullptr) return;
   const Vector3 axis_a = -ratio * a_.axis(2), axis_b = b_.axis(2);
-  state_.rates[5] = axis_a.dot(a_.angular_velocity) + axis_b.dot(b_.angular_velocity);
+  state_.rates[5] = axis_a.dot(a_.body->angular_velocity) + axis_b.dot(b_.body->angular_velocity);
   if (rows_ == nullptr) return;
   JointRow& row = Add({.place = 5});
   row.kind = JointRow::Kind::kGeared;

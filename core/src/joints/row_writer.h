@@ -7,30 +7,9 @@
 #include "genphys/error_correction.h"
 #include "genphys/joint.h"
 #include "genphys/joint_row.h"
+#include "joints/joint_body.h"
 
 namespace genphys {
-
-/// One side of a joint as it is now. What cannot be moved has zero inverses.
-struct JointSide {
-  EntityRow row = kWorldRow;
-  Pose frame;                                  // of the joint, world
-  Vector3 center = Vector3::Zero();            // of mass, world
-  Vector3 linear_velocity = Vector3::Zero();   // of the centre of mass, m/s
-  Vector3 angular_velocity = Vector3::Zero();  // rad/s, world
-  double inverse_mass = 0;
-  Matrix3 inverse_tensor = Matrix3::Zero();                   // world
-  double interval = std::numeric_limits<double>::infinity();  // s for which the solve acts on it
-  // What the velocities will be if contacts and joints go on as in the last substep.
-  Vector3 linear_expected = Vector3::Zero();
-  Vector3 angular_expected = Vector3::Zero();
-
-  /// Where it will be in `time` seconds then.
-  JointSide Ahead(double time) const;
-  bool is_movable() const { return inverse_mass > 0; }
-  Vector3 axis(int i) const { return frame.orientation.toRotationMatrix().col(i); }
-  Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
-  Vector3 ExpectedAt(const Vector3& point) const { return linear_expected + angular_expected.cross(point - center); }
-};
 
 /// A coordinate of a joint at the present poses: rate = axis * (relative velocity or spin) / scale.
 struct Coordinate {
@@ -66,7 +45,11 @@ class RowWriter {
       : a_(a), b_(b), step_size_(0), state_(state), rows_(nullptr), positions_(&positions) {}
 
   /// For how long (s) the impulses of the rows act.
-  double interval() const { return std::min({a_.interval, b_.interval, 2 * step_size_}); }
+  double interval() const { return std::min({a_.body->interval, b_.body->interval, 2 * step_size_}); }
+  /// Whether rows are not asked for, but what the coordinates are.
+  bool is_noting() const { return rows_ == nullptr && positions_ == nullptr; }
+  /// Whether only what is locked counts.
+  bool is_foretelling() const { return positions_ != nullptr; }
   const JointSide& a() const { return a_; }
   const JointSide& b() const { return b_; }
 
@@ -93,6 +76,7 @@ class RowWriter {
   void LockGear(double ratio);
 
  private:
+  double RateOf(const Coordinate& coordinate, bool before) const;
   double Bend(const Coordinate& coordinate);
   void LockAt(const Coordinate& coordinate, double position, double bend);
   void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend);

@@ -1,0 +1,58 @@
+#pragma once
+#include <limits>
+
+#include "genphys/ids.h"
+#include "genphys/joint_row.h"
+#include "genphys/math.h"
+
+namespace genphys {
+
+/// A body that joints hold, in a substep. What cannot be moved has zero inverses.
+struct JointBody {
+  EntityRow row = kWorldRow;
+  Pose pose;
+  Matrix3 axes = Matrix3::Identity();         // of the entity's frame, world, as columns
+  Vector3 center = Vector3::Zero();           // of mass, world
+  Vector3 linear_before = Vector3::Zero();    // m/s, as the last substep left it, before forces act
+  Vector3 angular_before = Vector3::Zero();   // rad/s
+  Vector3 linear_velocity = Vector3::Zero();  // m/s, with the forces of this substep
+  Vector3 angular_velocity = Vector3::Zero();
+  double inverse_mass = 0;                                    // 1/kg
+  Matrix3 own_inverse = Matrix3::Zero();                      // of its tensor, 1/(kg*m^2), world
+  Matrix3 inverse_tensor = Matrix3::Zero();                   // the same of what joints find
+  double factor = 1;                                          // by which that is harder to turn: see InertiaFactor()
+  double expected_factor = 1;                                 // the same before forces acted
+  double interval = std::numeric_limits<double>::infinity();  // s, for which a solve acts on it
+  // What the velocities will be if contacts and joints go on as in the last substep, and where that leads.
+  Vector3 linear_expected = Vector3::Zero();
+  Vector3 angular_expected = Vector3::Zero();
+  Vector3 center_ahead = Vector3::Zero();
+  Quaternion turn_ahead = Quaternion::Identity();
+  Matrix3 pull = Matrix3::Zero();  // N*m/rad, how hard joints turn it back: see PullStiffness()
+  double pulled = 0;               // the size of that, as expected
+  double swing = 0;                // (rad per substep)^2 under that, with its own tensor
+
+  bool is_movable() const { return inverse_mass > 0; }
+  Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
+  Vector3 BeforeAt(const Vector3& point) const { return linear_before + angular_before.cross(point - center); }
+  Vector3 ExpectedAt(const Vector3& point) const { return linear_expected + angular_expected.cross(point - center); }
+
+  /// Fills in where it is expected to be in `time` seconds.
+  void Foretell(double time);
+};
+
+/// One side of a joint: its frame, on the body that it is fixed to.
+struct JointSide {
+  const JointBody* body;
+  Pose frame;    // world
+  Matrix3 axes;  // of the frame, as columns
+
+  /// Where `frame` of the body is now.
+  static JointSide Now(const JointBody& body, const Pose& frame);
+  /// Where this side is expected to be; see JointBody::Foretell().
+  JointSide Ahead() const;
+
+  Vector3 axis(int i) const { return axes.col(i); }
+};
+
+}  // namespace genphys

@@ -1,0 +1,75 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "genphys/joint_row.h"
+#include "joint_body.h"
+#include "row_plan.h"
+
+namespace genphys {
+
+/// Solves the rows of islands that touch nothing, all of an island at once, by block elimination along its graph. Rows
+/// with bounds are inside them or at one of them, and which is found in turns with the elimination: all that are wrong
+/// change sides at once, or one by one if that leads nowhere (block principal pivoting: Judice and Pires, Computers and
+/// Operations Research 21, 1994). The softness of rows makes the equations definite, so that there is one solution.
+class RowSolver {
+ public:
+  /// Solves those of `rows` that `mine` lists, whose sides are at bodies[body_of[row]], and gives the bodies their
+  /// velocities and the rows their impulses. False, and nothing done: it would take too long, or the numbers do not
+  /// suffice. Calls with the same number `plan` had better be about the same graph.
+  bool Solve(uint32_t plan, std::span<JointRow> rows, std::span<const uint32_t> mine, std::span<const uint32_t> body_of,
+             std::span<JointBody> bodies);
+
+  /// The movable bodies of the last Solve(), in `bodies`.
+  std::span<const uint32_t> moved() const { return used_; }
+
+ private:
+  using Six = Eigen::Matrix<double, 6, 1>;  // linear, then angular
+
+  enum class Place : uint8_t { kInside, kAtLower, kAtUpper };
+
+  struct Line {
+    JointRow* row = nullptr;
+    std::array<Six, 2> rate;  // per velocity of each side
+    std::array<Six, 2> gain;  // velocity of each side per impulse
+    double lacking = 0;       // target less the rate before the solve
+    double diagonal = 0;      // rate per impulse, with the softness
+    double impulse = 0;
+    uint32_t group = 0;
+    Place place = Place::kInside;
+  };
+
+  void Load(std::span<JointRow> rows, std::span<const uint32_t> mine, std::span<const uint32_t> body_of,
+            std::span<const JointBody> bodies);
+  void LoadSides(Line& line, uint32_t a, uint32_t b, std::span<const JointBody> bodies);
+  uint32_t LocalOf(uint32_t body);
+  void CollectInside();
+  void Assemble(const RowPlan& plan);
+  bool Factor(const RowPlan& plan);
+  bool FactorDiagonal(double* block, size_t stride, size_t count);
+  void EliminateFrom(const RowPlan& plan, uint32_t group);
+  void Substitute(const RowPlan& plan);
+  bool ChangeVelocities();
+  size_t FindWrong();
+  void Move(Line& line) const;
+  double LackingOf(const Line& line) const;
+  bool SolveBounded(const RowPlan& plan);
+
+  std::vector<RowPlan> plans_;
+  std::vector<Line> lines_;
+  std::vector<RowPlan::Group> groups_;
+  std::vector<uint32_t> first_line_;           // by group
+  std::vector<std::vector<uint32_t>> inside_;  // lines within their bounds, by group
+  std::vector<uint32_t> local_of_;             // by body; RowPlan::kStill: not met yet
+  std::vector<uint32_t> used_;                 // bodies
+  std::vector<Six> changes_;                   // of velocities, by local number
+  std::vector<double> values_;                 // blocks of the plan
+  std::vector<double> unscaled_;               // blocks of one group's links before they are divided by its diagonal
+  std::vector<size_t> first_unscaled_;
+  std::vector<double> solution_;  // by line
+  std::vector<uint32_t> wrong_;   // lines
+};
+
+}  // namespace genphys
