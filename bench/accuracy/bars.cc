@@ -115,8 +115,9 @@ void AddJointBars(BarList& bars) {
   bars.Both("B4", "meters", {240}, 5e-3);
   for (const char* problem : {"B1", "B3", "B4"}) bars.Order(problem, 1.8);
   bars.Both("B1.long", "error", {240}, 1e-2);
-  bars.Engine("ode", "B11.hanging", "error", {60}, 1e-3);
-  bars.Engine("ode", "B11.swinging", "error", {60}, 1e-3);
+  bars.Both("B11.hanging", "error", {60}, 1e-3);
+  bars.Both("B11.swinging", "error", {60}, 1e-3);
+  bars.Order("A3", 1.8);
 }
 
 // The same of what dice choose.

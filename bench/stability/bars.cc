@@ -22,8 +22,11 @@ std::vector<Bar> Bars() {
   AddBoth(bars, "S2.1e2", "accurate", "penetration", 0.005);
   bars.push_back({"S2.1e4", "genphys-ode-balanced", "penetration", 0.001});
   bars.push_back({"S2.1e4", "genphys-ode-accurate", "penetration", 0.001});
-  bars.push_back({"S3.hanging", "genphys-ode-balanced", "gap", 1e-3});
-  bars.push_back({"S3.swinging", "genphys-ode-balanced", "gap", 1e-3});
+  AddBoth(bars, "S3.hanging", "balanced", "gap", 1e-3);
+  AddBoth(bars, "S3.swinging", "balanced", "gap", 1e-3);
+  AddBoth(bars, "S3.swinging", "balanced", "energy_gain", 1e-2);
+  AddBoth(bars, "S3.any", "balanced", "gap", 1e-3);
+  AddBoth(bars, "S3.any", "balanced", "energy_gain", 1e-2);
   for (const char* shot : {"S4.3", "S4.10", "S4.50", "S4.300"}) {
     AddBoth(bars, shot, "balanced", "passed", 0);
     AddBoth(bars, shot, "balanced", "rebound", 1e-6);

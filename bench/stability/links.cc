@@ -3,6 +3,7 @@
 #include <numbers>
 #include <string>
 
+#include "contenders/dice.h"
 #include "trial.h"
 
 namespace genphys::bench {
@@ -33,6 +34,50 @@ Trial HeavyChain(const std::string& id, const std::string& how, double angle) {
     run.StepTo(5, [&] {
       gap = std::max(gap, run.JointGap() / kChain);
       gain = std::max(gain, (run.Energy() - energy) / (100 * kGravity * kChain));
+    });
+    return {{"gap", gap}, {"energy_gain", gain}};
+  };
+  return trial;
+}
+
+// The same of what dice choose: links, masses, lengths, ways to lean and to join.
+Trial AnyChain() {
+  constexpr double kTime = 5;
+  Trial trial{.id = "S3.any",
+              .title = "any chain with a heavy mass at the end, leaning by up to 60 degrees, 5 s",
+              .limits = {{"gap", 1e-3}, {"energy_gain", 1e-2}},
+              .seeds = 30};
+  trial.run = [](const Lab& lab, uint32_t seed) -> std::vector<Quantity> {
+    Dice dice(seed);
+    const int links = static_cast<int>(dice.Between(3, 20));
+    const double length = dice.LogBetween(0.03, 0.5), mass = dice.LogBetween(0.01, 1);
+    const double ratio = dice.LogBetween(10, 1e4), thickness = dice.Between(0.02, 0.2) * length;
+    const Quaternion turn = Turn(dice.Between(0, 1.05), Vector3::UnitY());
+    const Vector3 along = turn * -Vector3::UnitZ();
+    const double chain = (links + 1) * length;
+    const bool is_hinged = dice.Next() > 0;
+    const auto join = [&](Scene& scene, std::optional<size_t> a, size_t b, const Vector3& place) {
+      if (is_hinged) {
+        scene.Join(HingeJoint{}, a, b, place, Vector3::UnitY());
+      } else {
+        scene.Join(BallJoint{}, a, b, place);
+      }
+    };
+    Scene scene;
+    std::optional<size_t> above;
+    for (int i = 0; i < links; ++i) {
+      const Capsule shape{thickness / 2, (length - thickness) / 2};
+      const size_t link = scene.Add(shape, mass, {along * length * (i + 0.5), turn});
+      join(scene, above, link, along * length * i);
+      above = link;
+    }
+    join(scene, above, scene.Add(Sphere{length * 0.8}, mass * ratio, {along * chain, turn}), along * length * links);
+    Run run = lab.Start(scene);
+    const double energy = run.Energy(), scale = mass * (links + ratio) * kGravity * chain;
+    double gap = 0, gain = 0;
+    run.StepTo(kTime, [&] {
+      gap = std::max(gap, run.JointGap() / chain);
+      gain = std::max(gain, (run.Energy() - energy) / scale);
     });
     return {{"gap", gap}, {"energy_gain", gain}};
   };
@@ -90,6 +135,7 @@ Trial LongSwing() {
 void AddLinks(std::vector<Trial>& trials) {
   trials.push_back(HeavyChain("S3.hanging", "hanging", 0));
   trials.push_back(HeavyChain("S3.swinging", "from 30 degrees", std::numbers::pi / 6));
+  trials.push_back(AnyChain());
   trials.push_back(StiffSpring());
   trials.push_back(LongSwing());
 }
