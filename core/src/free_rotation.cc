@@ -7,8 +7,8 @@
 namespace genphys {
 namespace {
 
-// Radians per inner step at which the fourth-order error stays near rounding for the bodies of a step of 1/60 s.
-constexpr double kAngleMax = 0.25;
+// Radians per inner step at which the energy of any body stays within 1e-5 for many turns.
+constexpr double kAngleMax = 0.12;
 // Bounds the work for a body at the limits of spin and step size; beyond it accuracy is lost, not stability.
 constexpr int kInnerStepsMax = 4096;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.

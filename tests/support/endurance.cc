@@ -228,7 +228,8 @@ void ExpectPenToLast(const std::string& engine, uint64_t steps) {
   constexpr size_t kBodies = 200;
   constexpr double kHalf = 5;              // m
   constexpr uint64_t kBetweenKicks = 500;  // steps
-  // MB, after the first tenth: buffers grow with the fullest step that there was, and a leak of every step does not end.
+  // MB, after the first tenth: buffers grow with the fullest step that there was, and a leak of every step does not
+  // end.
   constexpr double kMemoryGrowthMax = 2;
   Random random(1);
   const std::unique_ptr<World> world = MakeWorld(engine);
