@@ -21,6 +21,7 @@ function(genphys_add_backend)
   add_library(genphys::backend_${arg_NAME} ALIAS ${target})
   target_include_directories(${target} PUBLIC include PRIVATE src)
   target_link_libraries(${target} PUBLIC genphys::core PRIVATE ${arg_LIBRARIES} genphys_warnings)
+  genphys_precompile(${target} <Eigen/Dense> <genphys/backend.h>)
   foreach(symbol IN LISTS arg_INTERPOSES)
     # A static library's object is linked only if something wants it, and a program's symbol is seen by a shared
     # library only if it is exported: both are asked for, so that the replacement never silently fails to happen.

@@ -34,7 +34,7 @@ if(GENPHYS_CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 
 # genphys_precompile(<target> <header>...): parses what every source of the target reads once instead of once for each.
-# Only where GENPHYS_PRECOMPILED_HEADERS asks for it, so that builds without it find the includes that a source lacks.
+# A build with GENPHYS_PRECOMPILED_HEADERS=OFF finds the includes that a source lacks.
 function(genphys_precompile target)
   if(GENPHYS_PRECOMPILED_HEADERS AND TARGET ${target})
     target_precompile_headers(${target} PRIVATE ${ARGN})

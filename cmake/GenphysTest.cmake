@@ -25,14 +25,9 @@ function(genphys_add_test_program folder)
   target_include_directories(${program} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}")
   target_link_libraries(${program} PRIVATE ${arg_UNPARSED_ARGUMENTS} GTest::gtest GTest::gtest_main GTest::gmock
     genphys_sanitizer genphys_warnings)
-  # All of them read the same libraries: the first one's precompiled header serves the others.
-  get_property(precompiled GLOBAL PROPERTY GENPHYS_PRECOMPILED_TESTS)
-  if(GENPHYS_PRECOMPILED_HEADERS AND precompiled)
-    target_precompile_headers(${program} REUSE_FROM ${precompiled})
-  else()
-    genphys_precompile(${program} <gmock/gmock.h> <gtest/gtest.h> <grpcpp/grpcpp.h> <genphys/world.h>
-      <genphys/client/world.h> <genphys/v1/simulation_service.grpc.pb.h> <genphys/v1/world_service.grpc.pb.h>)
-    set_property(GLOBAL PROPERTY GENPHYS_PRECOMPILED_TESTS ${program})
+  # All of them read the same libraries.
+  if(GENPHYS_PRECOMPILED_HEADERS AND TARGET genphys_test_support)
+    target_precompile_headers(${program} REUSE_FROM genphys_test_support)
   endif()
   if(TARGET genphysd)
     # Tests start the server themselves; building one program must give them the server of the same sources.
