@@ -6,7 +6,7 @@ namespace {
 // A moving geometry's neighbourhood is wider than its box, so that what creeps, trembles or rolls stays within it.
 constexpr double kMargin = 0.05;  // of the largest side
 // How far ahead it reaches along the last displacement.
-constexpr double kAhead = 3;
+constexpr double kAhead = 8;
 
 Bounds Widened(const Bounds& box, const Vector3& displacement) {
   const Vector3 margin = Vector3::Constant(kMargin * (box.max - box.min).maxCoeff());

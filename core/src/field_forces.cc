@@ -40,12 +40,12 @@ bool FieldForces::ActsOn(const ForceField& field, EntityRow row) const {
   return !field.region || Holds(*field.region, CenterOf(row));
 }
 
-void FieldForces::Add(const std::vector<EntityRow>& rows, double h, std::vector<Wrench>& wrenches) const {
+void FieldForces::Add(const std::vector<EntityRow>& rows, double h, RowValues<Wrench>& wrenches) const {
   for (const auto& [id, field] : scene_.force_fields) {
     if (std::holds_alternative<DragField>(field.kind) || std::holds_alternative<SpringField>(field.kind)) continue;
     for (const EntityRow row : rows) {
       if (!ActsOn(field, row)) continue;
-      Wrench& wrench = wrenches[Index(row)];
+      Wrench& wrench = wrenches[row];
       const double mass = entity(row).mass.mass;
       if (const auto* uniform = std::get_if<UniformField>(&field.kind)) {
         wrench.force += uniform->force + mass * uniform->acceleration;
@@ -65,7 +65,7 @@ void FieldForces::Add(const std::vector<EntityRow>& rows, double h, std::vector<
   AddSprings(h, wrenches);
 }
 
-void FieldForces::AddSprings(double h, std::vector<Wrench>& wrenches) const {
+void FieldForces::AddSprings(double h, RowValues<Wrench>& wrenches) const {
   std::vector<TiedPair> pairs;
   for (const auto& [id, field] : scene_.force_fields) {
     const auto* spring = std::get_if<SpringField>(&field.kind);

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "spring_forces.h"
@@ -14,8 +15,8 @@ class FieldForces {
 
   bool empty() const { return scene_.force_fields.empty(); }
 
-  /// Adds what acts on `rows` (dynamic) over a substep of `h` seconds to `wrenches` (by row), but for drag.
-  void Add(const std::vector<EntityRow>& rows, double h, std::vector<Wrench>& wrenches) const;
+  /// Adds what acts on `rows` (dynamic) over a substep of `h` seconds to `wrenches`, but for drag.
+  void Add(const std::vector<EntityRow>& rows, double h, RowValues<Wrench>& wrenches) const;
 
   /// Takes from a velocity (m/s) and an angular momentum (N*m*s) what drag takes in `h` seconds. `inverse_tensor` is in
   /// world axes.
@@ -26,7 +27,7 @@ class FieldForces {
   Vector3 CenterOf(EntityRow row) const;
   bool ActsOn(const ForceField& field, EntityRow row) const;
   SpringEnd EndOf(EntityId id, const Vector3& point) const;
-  void AddSprings(double h, std::vector<Wrench>& wrenches) const;
+  void AddSprings(double h, RowValues<Wrench>& wrenches) const;
 
   const Scene& scene_;
   const StateArrays& state_;

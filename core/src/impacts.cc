@@ -46,7 +46,7 @@ bool ImpactSpeed::IsInFlight(EntityRow row) const {
 }
 
 double ImpactSpeed::Of(EntityRow a, EntityRow b, const Vector3& normal) const {
-  const double pull_a = world_.accelerations[Index(a)].dot(normal), pull_b = world_.accelerations[Index(b)].dot(normal);
+  const double pull_a = world_.accelerations[a].dot(normal), pull_b = world_.accelerations[b].dot(normal);
   if (IsInFlight(a) && IsInFlight(b)) return kImpactSpeedMin + kShortestHop * std::abs(pull_b - pull_a) * step_size_;
   return kImpactSpeedMin + 2 * std::max(std::abs(pull_a), std::abs(pull_b)) * step_size_;
 }
@@ -54,7 +54,7 @@ double ImpactSpeed::Of(EntityRow a, EntityRow b, const Vector3& normal) const {
 bool ImpactSpeed::IsFree(const ContactPair& pair) const {
   const auto flies = [&](EntityRow row, GeometryRow geometry) {
     if (!world_.active[Index(row)] || !world_.rule.info(geometry).is_dynamic) return false;
-    return world_.layer.half_steps[Index(row)].in_flight || world_.flew[Index(row)] != 0;
+    return world_.layer.half_steps[Index(row)].in_flight || world_.flew[row];
   };
   return flies(pair.entity_a, pair.geometry_a) || flies(pair.entity_b, pair.geometry_b);
 }
@@ -121,7 +121,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
     if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) continue;
     double time = 0;
     if (rewinds_ && is_free && point.depth > 0 && point.depth <= kFreshDepth * closing * step_size_) {
-      const Vector3 pull = world_.accelerations[Index(pair.entity_b)] - world_.accelerations[Index(pair.entity_a)];
+      const Vector3 pull = world_.accelerations[pair.entity_b] - world_.accelerations[pair.entity_a];
       const double square = closing * closing + 2 * pull.dot(point.normal) * point.depth;
       time = square > 0 ? 2 * point.depth / (closing + std::sqrt(square)) : point.depth / closing;
       time = std::min(time, step_size_);
@@ -180,7 +180,7 @@ ImpactMotion Impacts::MotionOf(EntityRow entity) const {
   const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
   const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
-  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, world_.accelerations[row]);
+  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, world_.accelerations[entity]);
 }
 
 void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {

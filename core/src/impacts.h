@@ -7,6 +7,7 @@
 #include "genphys/layer_state.h"
 #include "genphys/narrow_phase.h"
 #include "genphys/pair_rule.h"
+#include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "impact_motion.h"
@@ -21,8 +22,8 @@ struct ImpactWorld {
   const PairRule& rule;
   const std::vector<std::vector<GeometryRow>>& geometry_rows;
   const std::vector<uint8_t>& active;
-  const std::vector<Vector3>& accelerations;  // m/s^2 from outside, by row
-  const std::vector<uint8_t>& flew;           // by row: it was in flight before the solve of this substep
+  const RowValues<Vector3>& accelerations;  // m/s^2 from outside
+  const RowMarks& flew;                     // in flight before the solve of this substep
 };
 
 /// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.

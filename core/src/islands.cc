@@ -17,10 +17,13 @@ bool IsHeldBy(const ContactBuffer& contacts, const ContactPair& pair) {
 
 void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
                    std::span<const JointRow> joint_rows) {
-  parents_.assign(row_count, kNone);
-  held_.assign(row_count, false);
-  numbers_.assign(row_count, kNone);
+  for (EntityRow row : rows_) parents_[Index(row)] = numbers_[Index(row)] = kNone;
+  parents_.resize(row_count, kNone);
+  held_.resize(row_count);
+  numbers_.resize(row_count, kNone);
   islands_.clear();
+  rows_.assign(rows.begin(), rows.end());
+  for (EntityRow row : rows) held_[Index(row)] = false;
   for (EntityRow row : rows) parents_[Index(row)] = Index(row);
   for (const ContactPair& pair : contacts.pairs) {
     if (IsHeldBy(contacts, pair)) Hold(pair.entity_a, pair.entity_b);

@@ -300,11 +300,11 @@ std::vector<JointId> JointStep::Finish(double step_size) {
   return broken;
 }
 
-void JointStep::MarkHeld(std::vector<uint8_t>& held) const {
+void JointStep::MarkHeld(RowMarks& held) const {
   for (const std::optional<SceneJoint>& joint : scene_.joints) {
     if (!joint || !MayHold(joint->desc)) continue;
     for (const EntityRow row : {RowOf(joint->desc.entity_a), RowOf(joint->desc.entity_b)}) {
-      if (row != kWorldRow) held[Index(row)] = true;
+      if (row != kWorldRow) held.Mark(row);
     }
   }
 }

@@ -6,6 +6,7 @@
 #include "genphys/backend.h"
 #include "genphys/islands.h"
 #include "genphys/layer_state.h"
+#include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "genphys/stepper.h"
@@ -57,7 +58,7 @@ class JointStep {
   std::vector<JointId> Finish(double step_size);
 
   /// Marks the rows that some joint holds.
-  void MarkHeld(std::vector<uint8_t>& held) const;
+  void MarkHeld(RowMarks& held) const;
 
   /// Undoes all of it.
   void Restore();

@@ -98,7 +98,7 @@ void Put(ByteWriter& out, const HalfStep& value) {
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
-               forces, joint_ids, joints, last_touches, half_steps, last_substep] = state;
+               lying, forces, joint_ids, joints, last_touches, half_steps, last_substep] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -108,8 +108,10 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.PutColumn(rest_times);
   out.PutColumn(moving);
   out.PutColumn(faulted);
-  out.Put(uint64_t{touching.size()});
-  for (const TouchingPair& pair : touching) Put(out, pair);
+  for (const std::vector<TouchingPair>* pairs : {&touching, &lying}) {
+    out.Put(uint64_t{pairs->size()});
+    for (const TouchingPair& pair : *pairs) Put(out, pair);
+  }
   out.Put(uint64_t{forces.size()});
   for (const PendingForce& force : forces) Put(out, force);
   Put(out, joint_ids);

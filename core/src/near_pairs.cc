@@ -122,14 +122,13 @@ void NearPairs::CollidePair(const PairRule& rule, BackendWorld& engine, const Pa
                             .point_count = count});
 }
 
-void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, const std::vector<uint8_t>* moved,
-                        ContactBuffer& contacts) {
+void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, const RowMarks* moved, ContactBuffer& contacts) {
   Update(rule);
   std::swap(before_, contacts);
   contacts.Clear();
   auto old = before_.pairs.begin();
   for (const Pair& pair : pairs_) {
-    if (moved == nullptr || (*moved)[Index(pair.entity_a)] || (*moved)[Index(pair.entity_b)]) {
+    if (moved == nullptr || (*moved)[pair.entity_a] || (*moved)[pair.entity_b]) {
       CollidePair(rule, engine, pair, contacts);
       continue;
     }

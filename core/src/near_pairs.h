@@ -7,6 +7,7 @@
 #include "genphys/backend.h"
 #include "genphys/contact.h"
 #include "genphys/pair_rule.h"
+#include "genphys/row_marks.h"
 
 namespace genphys {
 
@@ -61,7 +62,7 @@ class NearPairs {
 
   /// Overwrites `contacts` with all points of near pairs, as the engine finds them, in canonical order. Points of pairs
   /// with none of the rows in `moved` are taken over from what `contacts` had, if `moved` is not null.
-  void Collide(const PairRule& rule, BackendWorld& engine, const std::vector<uint8_t>* moved, ContactBuffer& contacts);
+  void Collide(const PairRule& rule, BackendWorld& engine, const RowMarks* moved, ContactBuffer& contacts);
 
   /// Calls visit(row) for each geometry that the first `fraction` of `ray` may hit; `visit` may lower `fraction`.
   template <typename Visit>

@@ -149,8 +149,10 @@ std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& sta
   const auto tie = [&](uint32_t a, uint32_t b) {
     if (sleeps(a) && sleeps(b)) islands.Join(a, b);
   };
-  for (const TouchingPair& touching : layer.touching) {
-    if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
+  for (const std::vector<TouchingPair>* pairs : {&layer.touching, &layer.lying}) {
+    for (const TouchingPair& touching : *pairs) {
+      if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
+    }
   }
   for (const std::optional<SceneJoint>& joint : scene.joints) {
     if (!joint || joint->desc.entity_a.is_world() || joint->desc.entity_b.is_world()) continue;

@@ -11,20 +11,20 @@ double InverseMassOf(const SpringEnd& end, const Vector3& axis) {
   return end.inverse_mass + turn.dot(end.inverse_tensor * turn);
 }
 
-Vector3 VelocityOf(const SpringEnd& end, double h, const std::vector<Wrench>& wrenches) {
+Vector3 VelocityOf(const SpringEnd& end, double h, const RowValues<Wrench>& wrenches) {
   Vector3 linear = end.linear_velocity, angular = end.angular_velocity;
   if (end.moves) {
-    const Wrench& wrench = wrenches[Index(end.row)];
+    const Wrench& wrench = wrenches[end.row];
     linear += h * (end.gravity + end.inverse_mass * wrench.force);
     angular += h * (end.inverse_tensor * wrench.torque);
   }
   return linear + angular.cross(end.arm);
 }
 
-void PushEnd(const SpringEnd& end, const Vector3& force, std::vector<Wrench>& wrenches) {
+void PushEnd(const SpringEnd& end, const Vector3& force, RowValues<Wrench>& wrenches) {
   if (!end.moves) return;
-  wrenches[Index(end.row)].force += force;
-  wrenches[Index(end.row)].torque += end.arm.cross(force);
+  wrenches[end.row].force += force;
+  wrenches[end.row].torque += end.arm.cross(force);
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ bool TiedPair::Prepare() {
   return inverse_mass > 0;
 }
 
-double TiedPair::Speed(double h, const std::vector<Wrench>& wrenches) const {
+double TiedPair::Speed(double h, const RowValues<Wrench>& wrenches) const {
   return axis.dot(VelocityOf(b, h, wrenches) - VelocityOf(a, h, wrenches));
 }
 
@@ -52,7 +52,7 @@ double TiedPair::PullAt(double speed, double h) const {
   return (spring->stiffness * stretch + spring->damping * speed) / divisor;
 }
 
-void TiedPair::Push(double force, std::vector<Wrench>& wrenches) const {
+void TiedPair::Push(double force, RowValues<Wrench>& wrenches) const {
   PushEnd(a, force * axis, wrenches);
   PushEnd(b, -force * axis, wrenches);
 }

@@ -1,7 +1,7 @@
 #pragma once
-#include <vector>
 
 #include "genphys/force_field.h"
+#include "genphys/row_marks.h"
 
 namespace genphys {
 
@@ -37,11 +37,11 @@ struct TiedPair {
   /// False if it has no direction or nothing to move.
   bool Prepare();
   /// Of b against a along the axis, m/s, after `h` seconds of gravity and `wrenches`.
-  double Speed(double h, const std::vector<Wrench>& wrenches) const;
+  double Speed(double h, const RowValues<Wrench>& wrenches) const;
   /// The pull that belongs to a speed without it.
   double PullAt(double speed, double h) const;
   /// Adds a pull to what acts on both ends.
-  void Push(double force, std::vector<Wrench>& wrenches) const;
+  void Push(double force, RowValues<Wrench>& wrenches) const;
 };
 
 }  // namespace genphys

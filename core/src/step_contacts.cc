@@ -17,7 +17,9 @@ constexpr int kWavesMax = 32;
 }  // namespace
 
 Vector3 StepRun::CenterOf(EntityRow row) const {
-  return state_.pose(row).Transform(world_.scene_.entities[Index(row)]->mass.center_of_mass);
+  const Vector3& center = world_.scene_.entities[Index(row)]->mass.center_of_mass;
+  if (center.isZero(0)) return state_.positions.col(Index(row));
+  return state_.pose(row).Transform(center);
 }
 
 Vector3 StepRun::VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const {
@@ -43,7 +45,7 @@ void StepRun::PrepareContacts(double h) {
   const ImpactWorld surroundings = Surroundings();
   const ImpactSpeed impact_speed(surroundings, h);
   for (const Mover& mover : movers_) {
-    flew_[Index(mover.row)] = world_.layer_.half_steps[Index(mover.row)].in_flight;
+    scratch_.flew.Set(mover.row, world_.layer_.half_steps[Index(mover.row)].in_flight);
   }
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
@@ -80,8 +82,8 @@ void StepRun::ShareImpulses(double h) {
 }
 
 ImpactWorld StepRun::Surroundings() {
-  return {world_.scene_,         state_,         world_.layer_,  world_.rule_,
-          world_.geometry_rows_, world_.active_, accelerations_, flew_};
+  return {world_.scene_,         state_,         world_.layer_,          world_.rule_,
+          world_.geometry_rows_, world_.active_, scratch_.accelerations, scratch_.flew};
 }
 
 void StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {

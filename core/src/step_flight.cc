@@ -33,19 +33,17 @@ struct DampedFlight {
 
 // Whether its way through this step has a closed form as long as nothing comes in between.
 bool StepRun::MayFly(EntityRow row) const {
-  if (!world_.layer_.half_steps[Index(row)].in_flight || jointed_[Index(row)]) return false;
-  if (!steered_.empty() && steered_[Index(row)]) return false;
+  if (!world_.layer_.half_steps[Index(row)].in_flight || scratch_.jointed[row]) return false;
+  if (scratch_.steered[row]) return false;
   const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
   return !body.linear_speed_max && !body.angular_speed_max && !body.locked_axes.any();
 }
 
 // Forces that turn a body, or turn with it, leave its flight without a closed form.
 void StepRun::MarkSteered() {
-  steered_.clear();
   for (const PendingForce& force : world_.layer_.forces) {
     if (force.at_center_of_mass && force.coordinates == Coordinates::kWorld && force.torque.isZero(0)) continue;
-    steered_.resize(state_.rows());
-    steered_[force.id.index()] = true;
+    scratch_.steered.Mark(EntityRow{force.id.index()});
   }
 }
 
@@ -60,7 +58,6 @@ Bounds StepRun::RegionOf(EntityRow row, const Vector3& acceleration) const {
 
 // Sorts rows_ into those that fly and those that the engine has to move.
 void StepRun::ChooseFlyers() {
-  flies_.assign(state_.rows(), false);
   if (fields_.empty()) {
     MarkSteered();
     for (EntityRow row : rows_) {
@@ -74,16 +71,16 @@ void StepRun::ChooseFlyers() {
           !within(end, Limits::kSpeedMax)) {
         continue;
       }
-      flies_[Index(row)] = true;
+      scratch_.flies.Mark(row);
       flyers_.push_back({row, acceleration});
       world_.near_->Reserve(world_.geometry_rows_[Index(row)], region);
       world_.flown_[Index(row)] = true;
     }
     GroundThoseThatMeet();
   }
-  std::erase_if(rows_, [&](EntityRow row) { return flies_[Index(row)] != 0; });
+  std::erase_if(rows_, [&](EntityRow row) { return scratch_.flies[row]; });
   // Nothing is near them, which is as good as a test.
-  for (const Flyer& flyer : flyers_) tested_[Index(flyer.row)] = true;
+  for (const Flyer& flyer : flyers_) scratch_.tested.Mark(flyer.row);
   for (EntityRow row : rows_) {
     if (world_.flown_[Index(row)]) world_.TellPose(row);
   }
@@ -94,17 +91,17 @@ void StepRun::GroundThoseThatMeet() {
   if (flyers_.empty()) return;
   std::vector<EntityRow> met;
   for (const NearPairs::Pair& pair : world_.near_->Update(world_.rule_)) {
-    const bool flies_a = flies_[Index(pair.entity_a)], flies_b = flies_[Index(pair.entity_b)];
+    const bool flies_a = scratch_.flies[pair.entity_a], flies_b = scratch_.flies[pair.entity_b];
     if (!(flies_a || flies_b) || !world_.near_->MayTouch(pair)) continue;
     if (flies_a) met.push_back(pair.entity_a);
     if (flies_b) met.push_back(pair.entity_b);
   }
-  for (EntityRow row : met) flies_[Index(row)] = false;
+  for (EntityRow row : met) scratch_.flies.Unmark(row);
   ForgetGrounded();
 }
 
 void StepRun::ForgetGrounded() {
-  std::erase_if(flyers_, [&](const Flyer& flyer) { return !flies_[Index(flyer.row)]; });
+  std::erase_if(flyers_, [&](const Flyer& flyer) { return !scratch_.flies[flyer.row]; });
 }
 
 // What the engine moved came into the region of a flyer: this goes on in the engine's lane, from where it is after
@@ -115,7 +112,7 @@ void StepRun::GroundMet(double elapsed) {
   while (is_any) {
     is_any = false;
     for (const NearPairs::Pair& pair : world_.near_->Update(world_.rule_)) {
-      const bool flies_a = flies_[Index(pair.entity_a)], flies_b = flies_[Index(pair.entity_b)];
+      const bool flies_a = scratch_.flies[pair.entity_a], flies_b = scratch_.flies[pair.entity_b];
       if (flies_a == flies_b || !world_.near_->MayTouch(pair)) continue;
       Ground(flies_a ? pair.entity_a : pair.entity_b, elapsed);
       is_any = was_any = true;
@@ -127,7 +124,7 @@ void StepRun::GroundMet(double elapsed) {
 void StepRun::Ground(EntityRow row, double elapsed) {
   const auto flyer =
       std::find_if(flyers_.begin(), flyers_.end(), [&](const Flyer& candidate) { return candidate.row == row; });
-  flies_[Index(row)] = false;
+  scratch_.flies.Unmark(row);
   rows_.insert(std::lower_bound(rows_.begin(), rows_.end(), row), row);
   Save(row, false);
   AddMover(row);

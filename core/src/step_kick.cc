@@ -1,6 +1,7 @@
 // How forces act in a substep: the leapfrog of every body, around the solve of its contacts and joints.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "free_rotation.h"
 #include "genphys/limits.h"
@@ -36,15 +37,13 @@ bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
 }  // namespace
 
 void StepRun::GatherForces() {
-  wrenches_.clear();
-  if (world_.layer_.forces.empty()) return;
-  wrenches_.resize(state_.rows());
+  scratch_.wrenches.Clear();
   for (const PendingForce& pending : world_.layer_.forces) {
     const EntityRow row{pending.id.index()};
     const Pose pose = state_.pose(row);
     const bool own = pending.coordinates == Coordinates::kEntity;
     const Vector3 force = own ? Vector3(pose.orientation * pending.force) : pending.force;
-    Wrench& sum = wrenches_[Index(row)];
+    Wrench& sum = scratch_.wrenches[row];
     sum.force += force;
     sum.torque += own ? Vector3(pose.orientation * pending.torque) : pending.torque;
     if (pending.at_center_of_mass) continue;
@@ -54,18 +53,16 @@ void StepRun::GatherForces() {
 }
 
 void StepRun::GatherFields(double h) {
-  field_wrenches_.clear();
-  if (fields_.empty()) return;
-  field_wrenches_.resize(state_.rows());
-  fields_.Add(rows_, h, field_wrenches_);
+  scratch_.field_wrenches.Clear();
+  if (!fields_.empty()) fields_.Add(rows_, h, scratch_.field_wrenches);
 }
 
 // Gravity and the forces of commands, which are known wherever the body is.
 StepRun::Push StepRun::SteadyPush(EntityRow row) const {
   const SceneEntity& entity = *world_.scene_.entities[Index(row)];
   Push push{entity.desc->rigid_body->gravity_scale * world_.scene_.world.gravity, Vector3::Zero()};
-  if (wrenches_.empty()) return push;
-  const Wrench& wrench = wrenches_[Index(row)];
+  if (scratch_.wrenches.empty()) return push;
+  const Wrench& wrench = std::as_const(scratch_.wrenches)[row];
   push.acceleration += wrench.force / entity.mass.mass;
   push.torque = wrench.torque;
   return push;
@@ -118,8 +115,9 @@ void StepRun::KickMover(Mover& mover, double h) {
   const RigidBody& body = *world_.scene_.entities[row]->desc->rigid_body;
   const MassProperties& mass = world_.scene_.entities[row]->mass;
   mover.field = {};
-  if (!field_wrenches_.empty()) {
-    mover.field = {field_wrenches_[row].force / mass.mass, field_wrenches_[row].torque};
+  if (!scratch_.field_wrenches.empty()) {
+    const Wrench& wrench = std::as_const(scratch_.field_wrenches)[mover.row];
+    mover.field = {wrench.force / mass.mass, wrench.torque};
   }
   // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
   const HalfStep& half = world_.layer_.half_steps[row];
@@ -162,14 +160,14 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.velocity = state_.linear_velocities.col(row);
   half.momentum = mover.momentum + turned;
   half.in_flight = gained.isZero(0) && turned.isZero(0);
-  const Push steady = wrenches_.empty() ? mover.steady : SteadyPush(mover.row);
+  const Push steady = scratch_.wrenches.empty() ? mover.steady : SteadyPush(mover.row);
   half.steady_kick = h / 2 * steady.acceleration;
   half.steady_twist = h / 2 * steady.torque;
   const Vector3 outside = steady.acceleration + mover.field.acceleration;
-  accelerations_[row] = outside;
+  scratch_.accelerations[mover.row] = outside;
   const Vector3 rate = gained / interval;
   // What a joint gives when it begins is part of its course, and is known only then.
-  const bool begins = !half.has_past && jointed_[row];
+  const bool begins = !half.has_past && scratch_.jointed[mover.row];
   if (!begins && IsBlow(half, rate, outside)) {
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
@@ -194,19 +192,20 @@ void StepRun::EndMover(Mover& mover, double h) {
 
 // Whoever nothing touches or holds any more is paid what contacts and joints owed; it is shown already.
 void StepRun::PayReleased() {
-  held_.assign(state_.rows(), false);
+  RowMarks& held = scratch_.held;
+  held.Clear();
   for (const ContactPair& pair : world_.contacts_.pairs) {
     if (pair.is_sensor) continue;
     const auto first = world_.contacts_.points.begin() + pair.first_point;
     const bool holds = std::any_of(first, first + pair.point_count,
                                    [](const ContactPoint& point) { return point.depth > -kReleaseGap; });
-    if (holds) held_[Index(pair.entity_a)] = held_[Index(pair.entity_b)] = true;
+    if (!holds) continue;
+    held.Mark(pair.entity_a);
+    held.Mark(pair.entity_b);
   }
-  for (size_t row = 0; row < held_.size(); ++row) held_[row] |= jointed_[row];
   for (const Mover& mover : movers_) {
-    const uint32_t row = Index(mover.row);
-    HalfStep& half = world_.layer_.half_steps[row];
-    if (held_[row] || half.restarts) continue;
+    HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+    if (held[mover.row] || scratch_.jointed[mover.row] || half.restarts) continue;
     half.velocity += half.held_velocity;
     half.momentum += half.held_momentum;
     half.held_velocity.setZero();

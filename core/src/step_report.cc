@@ -26,11 +26,10 @@ void StepRun::CountForcesDown() {
 
 void StepRun::Report() {
   LayerState& layer = world_.layer_;
-  const bool ran = !tested_.empty();
   std::vector<EventKind> events;
-  if (ran) {
+  if (ran_) {
     touches_.AddFinal(world_.contacts_);
-    touches_.KeepUntested(tested_);
+    touches_.KeepUntested(scratch_.tested);
     touches_.Report(events);
     layer.touching = touches_.Pairs();
   }
@@ -45,6 +44,7 @@ void StepRun::Report() {
     PutToSleep(row);
     if (kinds.sleeping) events.push_back(EntitySlept{state_.ids[Index(row)]});
   }
+  if (!sleepers.empty()) world_.LayLying();
   if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
   for (EntityId id : faulted_) events.push_back(EntityFaulted{id});
   if (kinds.joints) {

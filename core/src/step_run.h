@@ -7,6 +7,7 @@
 #include "impacts.h"
 #include "joint_step.h"
 #include "locked_axes.h"
+#include "step_scratch.h"
 #include "touching.h"
 
 namespace genphys {
@@ -131,23 +132,15 @@ class StepRun {
   double step_size_;
   double substep_ = 0;  // s
   Solver solver_ = Solver::kAutomatic;
+  bool ran_ = false;  // something was moved
   StateArrays& state_;
+  StepScratch& scratch_;
   FieldForces fields_;
   std::vector<Saved> saved_;
   std::vector<Mover> movers_;
   std::vector<EntityRow> rows_;  // of movers_, ascending; at the start of a step with those of flyers_
   std::vector<Flyer> flyers_;
-  std::vector<uint8_t> flies_;             // by row: it is among flyers_
-  std::vector<uint8_t> steered_;           // by row: forces turn it or turn with it; empty without such forces
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
-  std::vector<Wrench> wrenches_;           // of commands, by row; empty when nothing is applied at all
-  std::vector<Wrench> field_wrenches_;     // of force fields, by row; empty without them
-  std::vector<Vector3> accelerations_;     // from outside, by row, m/s^2
-  std::vector<uint8_t> flew_;              // by row: it was in flight before the solve
-  std::vector<uint8_t> jointed_;           // by row: a joint holds it
-  std::vector<uint8_t> held_;              // by row: something touches or holds it
-  std::vector<uint8_t> moved_;             // by row, since the last search for contacts
-  std::vector<uint8_t> tested_;            // rows that were active in some Collide() of this step
   double last_substep_before_ = 0;
   StepTouches touches_;
   JointStep& joints_;

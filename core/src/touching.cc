@@ -95,12 +95,13 @@ void StepTouches::AddFinal(const ContactBuffer& contacts) {
   Merge(contacts, false);
 }
 
-void StepTouches::KeepUntested(const std::vector<uint8_t>& tested_rows) {
-  const size_t tested = touches_.size();
+void StepTouches::KeepUntested(const RowMarks& tested) {
+  const size_t found = touches_.size();
   for (const TouchingPair& pair : before_) {
-    if (!tested_rows[pair.pair.a.index()] && !tested_rows[pair.pair.b.index()]) touches_.push_back({.pair = pair});
+    const auto is_tested = [&](EntityId id) { return tested[EntityRow{id.index()}]; };
+    if (!is_tested(pair.pair.a) && !is_tested(pair.pair.b)) touches_.push_back({.pair = pair});
   }
-  std::inplace_merge(touches_.begin(), touches_.begin() + static_cast<std::ptrdiff_t>(tested), touches_.end(),
+  std::inplace_merge(touches_.begin(), touches_.begin() + static_cast<std::ptrdiff_t>(found), touches_.end(),
                      [](const Touch& a, const Touch& b) { return a.pair < b.pair; });
 }
 

@@ -5,6 +5,7 @@
 #include "genphys/event.h"
 #include "genphys/layer_state.h"
 #include "genphys/pair_rule.h"
+#include "genphys/row_marks.h"
 #include "genphys/state.h"
 
 namespace genphys {
@@ -25,7 +26,7 @@ class StepTouches {
   void AddFinal(const ContactBuffer& contacts);
 
   /// Keeps those of before that nothing looked at, since neither side was active in this step.
-  void KeepUntested(const std::vector<uint8_t>& tested_rows);
+  void KeepUntested(const RowMarks& tested);
 
   /// Who touches now, ascending.
   std::vector<TouchingPair> Pairs() const;

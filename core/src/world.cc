@@ -1,6 +1,7 @@
 #include "genphys/world.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "cat.h"
@@ -11,6 +12,7 @@
 #include "near_pairs.h"
 #include "sleeping.h"
 #include "state_hash.h"
+#include "step_scratch.h"
 #include "validate.h"
 
 namespace genphys {
@@ -40,6 +42,15 @@ Status CheckWorld(const WorldDesc& desc) {
   GENPHYS_RETURN_IF_ERROR(
       WithFieldPrefix(CheckErrorCorrection(desc.default_error_correction), "defaults.error_correction"));
   return WithFieldPrefix(CheckAutoDisable(desc.default_auto_disable), "defaults.auto_disable");
+}
+
+// Moves the pairs of which `is_chosen` from one list to another. Both are ascending and stay so.
+template <typename IsChosen>
+void MoveChosen(std::vector<TouchingPair>& from, std::vector<TouchingPair>& to, IsChosen is_chosen) {
+  const auto old_size = static_cast<std::ptrdiff_t>(to.size());
+  std::copy_if(from.begin(), from.end(), std::back_inserter(to), is_chosen);
+  std::erase_if(from, is_chosen);
+  std::inplace_merge(to.begin(), to.begin() + old_size, to.end());
 }
 
 // A refusal inside the commands that a new world starts with, told by the field of the world that led to it.
@@ -138,6 +149,8 @@ void World::Reset() {
   entity_count_ = static_cast<uint32_t>(
       std::count_if(scene_.entities.begin(), scene_.entities.end(), [](const auto& e) { return e.has_value(); }));
   solved_.Clear();
+  std::fill(active_.begin(), active_.end(), uint8_t{0});
+  active_count_ = 0;
   rule_ = PairRule();
   joint_count_ = static_cast<uint32_t>(
       std::count_if(scene_.joints.begin(), scene_.joints.end(), [](const auto& joint) { return joint.has_value(); }));
@@ -197,14 +210,14 @@ void World::AddToEngine(EntityRow row) {
   near_->Add({body, geometry_rows_[Index(row)]}, state_.pose(row), true);
   reaches_[Index(row)] = ReachOf(body, entity.mass.center_of_mass);
   flown_[Index(row)] = false;
-  active_[Index(row)] = true;
+  SetActive(row, true);
   UpdateActive(row);
 }
 
 void World::UpdateActive(EntityRow row) {
   const bool should = ShouldBeActive(row);
   if (should == static_cast<bool>(active_[Index(row)])) return;
-  active_[Index(row)] = should;
+  SetActive(row, should);
   contacts_stale_ = true;
   const auto& body = scene_.entities[Index(row)]->desc->rigid_body;
   if (engine_ == nullptr || !body) return;
@@ -241,10 +254,12 @@ void World::WakeIslandOf(EntityRow row) {
 
 void World::WakeNeighboursOf(EntityRow row) {
   std::vector<EntityRow> neighbours;
-  for (const TouchingPair& touching : layer_.touching) {
-    const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
-    if (a == Index(row)) neighbours.push_back(EntityRow{b});
-    if (b == Index(row)) neighbours.push_back(EntityRow{a});
+  for (const std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
+    for (const TouchingPair& touching : *pairs) {
+      const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+      if (a == Index(row)) neighbours.push_back(EntityRow{b});
+      if (b == Index(row)) neighbours.push_back(EntityRow{a});
+    }
   }
   for (const std::optional<SceneJoint>& joint : scene_.joints) {
     if (!joint) continue;
@@ -253,6 +268,28 @@ void World::WakeNeighboursOf(EntityRow row) {
     if (b == row && a != kWorldRow) neighbours.push_back(a);
   }
   for (EntityRow neighbour : neighbours) WakeIslandOf(neighbour);
+}
+
+void World::SetActive(EntityRow row, bool is_active) {
+  if (static_cast<bool>(active_[Index(row)]) == is_active) return;
+  active_[Index(row)] = is_active;
+  is_active ? ++active_count_ : --active_count_;
+  is_stirred_ = is_stirred_ || is_active;
+}
+
+// Takes up again who touches somebody that is active.
+void World::StirLying() {
+  if (!std::exchange(is_stirred_, false)) return;
+  MoveChosen(layer_.lying, layer_.touching, [&](const TouchingPair& touching) {
+    return active_[touching.pair.a.index()] || active_[touching.pair.b.index()];
+  });
+}
+
+// Lays aside who touches but moves no more.
+void World::LayLying() {
+  MoveChosen(layer_.touching, layer_.lying, [&](const TouchingPair& touching) {
+    return !active_[touching.pair.a.index()] && !active_[touching.pair.b.index()];
+  });
 }
 
 void World::WakeAll() {

@@ -225,14 +225,14 @@ void World::AttachBody(EntityRow entity) {
   layer_.moving[row] = 0;
   layer_.last_touches[row].clear();
   layer_.half_steps[row].Forget();
-  active_[row] = false;
+  SetActive(entity, false);
   if (!body) return;
   geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);
   contacts_stale_ = true;
   if (engine_ != nullptr) {
     AddToEngine(entity);
   } else {
-    active_[row] = ShouldBeActive(entity);
+    SetActive(entity, ShouldBeActive(entity));
   }
   // What does not move by itself is tested against nothing that sleeps, so whatever it was put into must be awake.
   if (body->motion_type != MotionType::kDynamic) WakeAll();
@@ -243,22 +243,23 @@ void World::DetachBody(EntityRow entity) {
   if (!scene_.entities[row]->desc->rigid_body) return;
   WakeNeighboursOf(entity);
   const EntityId id = state_.ids[row];
-  std::vector<TouchingPair> kept;
-  for (const TouchingPair& touching : layer_.touching) {
-    if (touching.pair.a != id && touching.pair.b != id) {
-      kept.push_back(touching);
-    } else {
-      RecordEnd(touching);
-    }
+  std::vector<TouchingPair> ended;
+  for (std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
+    std::erase_if(*pairs, [&](const TouchingPair& touching) {
+      const bool is_over = touching.pair.a == id || touching.pair.b == id;
+      if (is_over) ended.push_back(touching);
+      return is_over;
+    });
   }
-  layer_.touching = std::move(kept);
+  std::sort(ended.begin(), ended.end());
+  for (const TouchingPair& touching : ended) RecordEnd(touching);
   if (engine_ != nullptr) {
     engine_->RemoveBody(entity);
     near_->Remove(geometry_rows_[row]);
   }
   rule_.Remove(geometry_rows_[row]);
   geometry_rows_[row].clear();
-  active_[row] = false;
+  SetActive(entity, false);
   // Contact points name rows that are gone now.
   contacts_.Clear();
   solved_.Clear();

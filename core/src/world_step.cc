@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "cat.h"
@@ -17,6 +18,7 @@ Status World::Step(std::optional<double> step_size) {
   if (faulted_) return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read and reset");
   const double size = step_size.value_or(scene_.world.stepper.step_size);
   GENPHYS_RETURN_IF_ERROR(CheckNumber(size, Limits::kStepSizeMin, Limits::kStepSizeMax, "step_size_seconds"));
+  if (scratch_ == nullptr) scratch_ = std::make_unique<StepScratch>();
   if (layer_.step == 0) initial_.reset(new Initial{scene_, state_, layer_});
   return StepRun(*this, size).Run();
 }
@@ -25,6 +27,7 @@ StepRun::StepRun(World& world, double step_size)
     : world_(world),
       step_size_(step_size),
       state_(world.state_),
+      scratch_(*world.scratch_),
       fields_(world.scene_, world.state_),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
       joints_(*world.joint_step_),
@@ -73,8 +76,19 @@ bool StepRun::IsDynamic(EntityRow row) const {
 }
 
 void StepRun::CollectRows() {
-  for (uint32_t row = 0; row < state_.rows(); ++row) {
-    if (world_.active_[row]) (IsDynamic(EntityRow{row}) ? rows_ : kinematic_rows_).push_back(EntityRow{row});
+  if (world_.active_count_ == 0) return;
+  const std::vector<uint8_t>& active = world_.active_;
+  // Eight at a time, for most of many entities rest.
+  uint64_t eight = 0;
+  for (size_t first = 0; first < active.size(); first += sizeof(eight)) {
+    const size_t end = std::min(first + sizeof(eight), active.size());
+    eight = 0;
+    std::memcpy(&eight, active.data() + first, end - first);
+    if (eight == 0) continue;
+    for (size_t i = first; i < end; ++i) {
+      const EntityRow row{static_cast<uint32_t>(i)};
+      if (active[i]) (IsDynamic(row) ? rows_ : kinematic_rows_).push_back(row);
+    }
   }
 }
 
@@ -99,7 +113,7 @@ void StepRun::AddMover(EntityRow row) {
   Mover& mover = movers_.emplace_back();
   mover.row = row;
   mover.start = state_.pose(row);
-  accelerations_[Index(row)] = SteadyPush(row).acceleration;
+  scratch_.accelerations[row] = SteadyPush(row).acceleration;
   mover.linear_start = state_.linear_velocities.col(Index(row));
   TakeTensors(mover);
   mover.momentum_start = mover.tensor * state_.angular_velocities.col(Index(row));
@@ -107,13 +121,12 @@ void StepRun::AddMover(EntityRow row) {
 
 void StepRun::Advance() {
   world_.roused_.clear();
-  tested_.assign(state_.rows(), false);
-  accelerations_.assign(state_.rows(), Vector3::Zero());
+  world_.StirLying();
+  scratch_.Begin(state_.rows());
+  ran_ = true;
   GatherForces();
-  flew_.assign(state_.rows(), false);
-  jointed_.assign(state_.rows(), false);
   joints_.Start();
-  joints_.MarkHeld(jointed_);
+  joints_.MarkHeld(scratch_.jointed);
   ChooseFlyers();
   last_substep_before_ = world_.layer_.last_substep;
   saved_.reserve(rows_.size() + kinematic_rows_.size());
@@ -155,16 +168,20 @@ void StepRun::Place(EntityRow row) {
 
 void StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
   if (moved != nullptr) {
-    moved_.assign(state_.rows(), false);
-    for (EntityRow row : *moved) moved_[Index(row)] = true;
+    scratch_.moved.Clear();
+    for (EntityRow row : *moved) scratch_.moved.Mark(row);
   }
   do {
-    for (uint32_t row = 0; row < state_.rows(); ++row) tested_[row] |= world_.active_[row];
-    world_.near_->Collide(world_.rule_, *world_.engine_, moved == nullptr ? nullptr : &moved_, world_.contacts_);
+    for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_, &world_.roused_}) {
+      for (const EntityRow row : *rows) scratch_.tested.Mark(row);
+    }
+    world_.near_->Collide(world_.rule_, *world_.engine_, moved == nullptr ? nullptr : &scratch_.moved,
+                          world_.contacts_);
     world_.contacts_stale_ = false;
     // Who was woken is tested against all.
     moved = nullptr;
   } while (WakeTouched());
+  world_.StirLying();
   // Whoever was woken moves from here on.
   for (const EntityRow row : std::exchange(world_.roused_, {})) {
     if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;

@@ -135,7 +135,7 @@ TEST_P(Agreement, OnWhoPassesThroughWhom) {
     }
     Steps(*world, 1);
     for (const EntityPair& pair : ids) {
-      const auto& found = world->layer_state().touching;
+      const std::vector<TouchingPair> found = TouchingIn(*world);
       touching.push_back(std::any_of(found.begin(), found.end(), [&](const auto& t) { return t.pair == pair; }));
     }
     return touching;

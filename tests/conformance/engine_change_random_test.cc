@@ -133,7 +133,7 @@ TEST_P(EngineChangeOfRandomScenes, LosesNothingThereAndBack) {
     bodies += world.entity_count();
     joints += world.joint_count();
     forces += world.layer_state().forces.size();
-    touching += world.layer_state().touching.size();
+    touching += TouchingIn(world).size();
 
     for (const std::string& engine : {OtherEngine(GetParam()), GetParam()}) {
       Change(world, engine);

@@ -36,7 +36,7 @@ void SetMotion(World& world, EntityId id, MotionType motion) {
 
 bool Touches(const World& world, EntityId a, EntityId b) {
   const EntityPair pair{std::min(a, b), std::max(a, b)};
-  const auto& touching = world.layer_state().touching;
+  const std::vector<TouchingPair> touching = TouchingIn(world);
   return std::any_of(touching.begin(), touching.end(), [&](const TouchingPair& t) { return t.pair == pair; });
 }
 

@@ -43,7 +43,8 @@ Eigen::Vector2d MovedBy(const std::string& engine, const Pushed& pushed) {
   Add(*world, pusher);
   Steps(*world, 60);
   const Vector3 moved = PositionOf(*world, id) - start;
-  const bool touches = std::any_of(world->layer_state().touching.begin(), world->layer_state().touching.end(),
+  const std::vector<TouchingPair> touching = TouchingIn(*world);
+  const bool touches = std::any_of(touching.begin(), touching.end(),
                                    [&](const TouchingPair& pair) { return pair.pair.b != id && pair.pair.a == id; });
   EXPECT_TRUE(touches) << "it is still being pushed";
   return {moved.dot(along), moved.dot(Vector3::UnitZ().cross(along))};

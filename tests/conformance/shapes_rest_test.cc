@@ -140,7 +140,7 @@ TEST_P(RestingShapes, EveryShapeThatDoesNotMoveHoldsABallOnItsTop) {
       const EntityId ball = Add(*world, Body(Sphere{0.4}, {0, 0, 2 + support.top + 0.4}));
       Steps(*world, 30);
       EXPECT_NEAR(PositionOf(*world, ball).z(), 2 + support.top + 0.4, 1e-3) << "shape " << support.shape.index();
-      EXPECT_EQ(world->layer_state().touching.size(), 1u) << "shape " << support.shape.index();
+      EXPECT_EQ(TouchingIn(*world).size(), 1u) << "shape " << support.shape.index();
     }
   }
 }

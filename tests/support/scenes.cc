@@ -146,4 +146,10 @@ Vector3 VelocityOf(const World& world, EntityId id) { return world.state().linea
 Vector3 SpinOf(const World& world, EntityId id) { return world.state().angular_velocities.col(id.index()); }
 bool Asleep(const World& world, EntityId id) { return world.state().asleep[id.index()] != 0; }
 
+std::vector<TouchingPair> TouchingIn(const World& world) {
+  std::vector<TouchingPair> all = world.layer_state().touching;
+  all.insert(all.end(), world.layer_state().lying.begin(), world.layer_state().lying.end());
+  return all;
+}
+
 }  // namespace genphys::testing

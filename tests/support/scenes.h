@@ -58,6 +58,9 @@ Vector3 VelocityOf(const World& world, EntityId id);
 Vector3 SpinOf(const World& world, EntityId id);
 bool Asleep(const World& world, EntityId id);
 
+/// Who touches whom, asleep or not.
+std::vector<TouchingPair> TouchingIn(const World& world);
+
 /// Those of `events` that are of kind T, in order.
 template <typename T>
 std::vector<T> Of(const std::vector<Event>& events) {

@@ -37,11 +37,12 @@ class Islands {
   uint32_t RootOf(uint32_t row);
   void Hold(EntityRow a, EntityRow b);
 
-  // By row. A row that cannot be moved has no parent.
+  // By row, of the last solve's rows only. A row that cannot be moved has no parent.
   std::vector<uint32_t> parents_;
   std::vector<uint8_t> held_;
   std::vector<uint32_t> numbers_;
   std::vector<Island> islands_;
+  std::vector<EntityRow> rows_;
 };
 
 }  // namespace genphys

@@ -91,11 +91,13 @@ struct LayerState {
   uint64_t next_event_sequence = 1;
   ForceFieldId next_force_field = 1;
   IdAllocator ids;
-  std::vector<double> rest_times;      // s at rest so far, by row
-  std::vector<uint8_t> moving;         // bit 0: in translation, bit 1: in rotation, as last told; by row
-  std::vector<uint8_t> faulted;        // left the bounds and was disabled, by row
-  std::vector<TouchingPair> touching;  // ascending
-  std::vector<PendingForce> forces;    // in order of command
+  std::vector<double> rest_times;  // s at rest so far, by row
+  std::vector<uint8_t> moving;     // bit 0: in translation, bit 1: in rotation, as last told; by row
+  std::vector<uint8_t> faulted;    // left the bounds and was disabled, by row
+  // Ascending both. Pairs of which somebody is active are in the first, so that the second one costs nothing.
+  std::vector<TouchingPair> touching;
+  std::vector<TouchingPair> lying;
+  std::vector<PendingForce> forces;  // in order of command
   IdAllocator joint_ids;
   std::vector<JointState> joints;                    // by slot of the joint's id
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row

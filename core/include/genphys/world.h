@@ -38,6 +38,7 @@ struct StepStats {
 };
 
 class NearPairs;
+struct StepScratch;
 
 /// One isolated world: changed only by Apply() and Step(), read only through its columns, contacts and events.
 /// Not thread-safe; different worlds are independent.
@@ -160,10 +161,13 @@ class World {
   void TellPose(EntityRow row);
   bool ShouldBeActive(EntityRow row) const;
   void UpdateActive(EntityRow row);
+  void SetActive(EntityRow row, bool is_active);
   void Wake(EntityRow row);
   void WakeIslandOf(EntityRow row);
   void WakeNeighboursOf(EntityRow row);
   void WakeAll();
+  void StirLying();
+  void LayLying();
   void Record(EventKind kind);
   void RecordEnd(const TouchingPair& touching);
   void RecordWoken();
@@ -196,8 +200,10 @@ class World {
   std::vector<uint8_t> flown_;       // moved by the layer alone, so that the engine has it elsewhere; by entity row
   // Whom the engine moves or tests against others: follows from columns and layer state.
   std::vector<uint8_t> active_;
-  std::vector<EntityId> woken_;    // not told yet
+  std::vector<EntityId> woken_;  // not told yet
+  uint32_t active_count_ = 0;
   std::vector<EntityRow> roused_;  // since the step began
+  bool is_stirred_ = false;        // somebody of whom LayerState::lying tells may be active
   bool contacts_stale_ = true;     // something moved, came or changed since the last Collide()
   bool faulted_ = false;
   uint32_t entity_count_ = 0;
@@ -207,6 +213,7 @@ class World {
   std::vector<Event> events_;
   std::unique_ptr<JointStep> joint_step_;
   struct Initial;
+  std::unique_ptr<StepScratch> scratch_;
   std::unique_ptr<Initial> initial_;  // as of the first step
 };
 

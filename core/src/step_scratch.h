@@ -1,0 +1,30 @@
+#pragma once
+#include <cstdint>
+
+#include "field_forces.h"
+#include "genphys/math.h"
+#include "genphys/row_marks.h"
+
+namespace genphys {
+
+/// What a step keeps by row while it runs. It stays with the world for its memory alone: a step that touches few of
+/// many entities must not pay for all of them.
+struct StepScratch {
+  RowValues<Wrench> wrenches{Wrench{}};               // of commands
+  RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields
+  RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
+  RowMarks flew;                                      // in flight before the solve
+  RowMarks jointed;                                   // a joint holds it
+  RowMarks held;                                      // something touches or holds it
+  RowMarks moved;                                     // since the last search for contacts
+  RowMarks tested;                                    // active in some search for contacts of this step
+  RowMarks flies;                                     // in the flight lane
+  RowMarks steered;                                   // forces turn it or turn with it
+
+  void Begin(uint32_t rows) {
+    const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
+    reset(wrenches, field_wrenches, accelerations, flew, jointed, held, moved, tested, flies, steered);
+  }
+};
+
+}  // namespace genphys
