@@ -77,8 +77,12 @@ struct Graph {
       const double lacking = row.target - RateOf(row) - row.softness * row.impulse;
       ASSERT_GE(row.impulse, row.lower - kRounding);
       ASSERT_LE(row.impulse, row.upper + kRounding);
-      if (row.impulse > row.lower + kRounding) ASSERT_GE(lacking, -kRounding);
-      if (row.impulse < row.upper - kRounding) ASSERT_LE(lacking, kRounding);
+      if (row.impulse > row.lower + kRounding) {
+        ASSERT_GE(lacking, -kRounding);
+      }
+      if (row.impulse < row.upper - kRounding) {
+        ASSERT_LE(lacking, kRounding);
+      }
     }
   }
 };
