@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
+
+#include "disjoint_sets.h"
 
 namespace genphys {
 namespace {
@@ -98,15 +99,14 @@ class Settling {
 // Sorts blows into groups that have no movable body in common, each in the order in which the blows came.
 class Groups {
  public:
-  Groups(std::span<const Blow> blows, std::span<const StruckBody> bodies) : parent_(bodies.size()) {
-    std::iota(parent_.begin(), parent_.end(), 0);
+  Groups(std::span<const Blow> blows, std::span<const StruckBody> bodies) : sets_(bodies.size()) {
     const auto is_movable = [&](uint32_t body) { return bodies[body].inverse_mass > 0; };
     for (const Blow& blow : blows) {
-      if (is_movable(blow.body_a) && is_movable(blow.body_b)) Join(blow.body_a, blow.body_b);
+      if (is_movable(blow.body_a) && is_movable(blow.body_b)) sets_.Join(blow.body_a, blow.body_b);
     }
     for (uint32_t i = 0; i < blows.size(); ++i) {
       const Blow& blow = blows[i];
-      order_.emplace_back(Find(is_movable(blow.body_a) ? blow.body_a : blow.body_b), i);
+      order_.emplace_back(sets_.Find(is_movable(blow.body_a) ? blow.body_a : blow.body_b), i);
     }
     std::sort(order_.begin(), order_.end());
   }
@@ -121,17 +121,7 @@ class Groups {
   }
 
  private:
-  uint32_t Find(uint32_t body) {
-    while (parent_[body] != body) body = parent_[body] = parent_[parent_[body]];
-    return body;
-  }
-  void Join(uint32_t a, uint32_t b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
-  std::vector<uint32_t> parent_;
+  DisjointSets sets_;
   std::vector<std::pair<uint32_t, uint32_t>> order_;  // root and blow
 };
 

@@ -66,8 +66,6 @@ bool Impacts::Solve(const ContactBuffer& contacts, std::span<const SweptPair> sw
   moved_.clear();
   Find(contacts, swept);
   if (candidates_.empty()) return false;
-  struck_index_.resize(world_.state.rows(), -1);
-  earliest_.resize(world_.state.rows(), 0);
   KeepEarliest();
   for (Candidate& candidate : candidates_) {
     if (candidate.time > 0 && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
@@ -81,7 +79,8 @@ bool Impacts::Solve(const ContactBuffer& contacts, std::span<const SweptPair> sw
     Record();
     Apply(RestOfStep());
   }
-  for (const Struck& struck : struck_) struck_index_[Index(struck.row)] = -1;
+  world_.struck_index.Clear();
+  world_.earliest.Clear();
   return !blows_.empty();
 }
 
@@ -133,15 +132,14 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
 
 // A body's later impacts wait until the earlier ones have changed its way.
 void Impacts::KeepEarliest() {
-  for (const Candidate& c : candidates_) earliest_[Index(c.pair.entity_a)] = earliest_[Index(c.pair.entity_b)] = 0;
   const auto is_moved = [&](EntityRow row) { return world_.active[Index(row)] != 0; };
   for (const Candidate& c : candidates_) {
     for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
-      if (is_moved(row)) earliest_[Index(row)] = std::max(earliest_[Index(row)], c.time);
+      if (is_moved(row)) world_.earliest[row] = std::max(world_.earliest[row], c.time);
     }
   }
   std::erase_if(candidates_, [&](const Candidate& c) {
-    const double first = std::max(earliest_[Index(c.pair.entity_a)], earliest_[Index(c.pair.entity_b)]);
+    const double first = std::max(world_.earliest[c.pair.entity_a], world_.earliest[c.pair.entity_b]);
     return c.time < first - kSameTime * step_size_;
   });
   std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
@@ -213,7 +211,7 @@ void Impacts::Refine(Candidate& candidate) const {
 }
 
 void Impacts::AddStruck(EntityRow row, double time) {
-  int& index = struck_index_[Index(row)];
+  int& index = world_.struck_index[row];
   if (index < 0) {
     index = static_cast<int>(struck_.size());
     struck_.push_back({row, MotionOf(row), 0});
@@ -239,8 +237,8 @@ void Impacts::CollectStruck() {
 }
 
 void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal) {
-  blows_.push_back({.body_a = static_cast<uint32_t>(struck_index_[Index(candidate.pair.entity_a)]),
-                    .body_b = static_cast<uint32_t>(struck_index_[Index(candidate.pair.entity_b)]),
+  blows_.push_back({.body_a = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_a]),
+                    .body_b = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_b]),
                     .position = position,
                     .normal = normal});
   blow_pairs_.push_back(&candidate);
@@ -248,8 +246,8 @@ void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const
 
 void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate) {
   const ContactPair& pair = candidate.pair;
-  const double time_a = struck_[static_cast<size_t>(struck_index_[Index(pair.entity_a)])].time;
-  const double time_b = struck_[static_cast<size_t>(struck_index_[Index(pair.entity_b)])].time;
+  const double time_a = struck_[static_cast<size_t>(world_.struck_index[pair.entity_a])].time;
+  const double time_b = struck_[static_cast<size_t>(world_.struck_index[pair.entity_b])].time;
   if (candidate.time > 0) {
     Manifold manifold;
     const double gap = std::max(kFlatGap, kFlatPart * candidate.closing * step_size_);

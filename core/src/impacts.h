@@ -24,6 +24,9 @@ struct ImpactWorld {
   const std::vector<uint8_t>& active;
   const RowValues<Vector3>& accelerations;  // m/s^2 from outside
   const RowMarks& flew;                     // in flight before the solve of this substep
+  // Memory of the impacts, which leave it empty.
+  RowValues<int>& struck_index;  // -1: none
+  RowValues<double>& earliest;
 };
 
 /// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
@@ -116,12 +119,10 @@ class Impacts {
   ImpactSpeed speed_;
   std::vector<Candidate> candidates_;
   std::vector<Struck> struck_;
-  std::vector<int> struck_index_;   // by row; -1: none
   std::vector<StruckBody> bodies_;  // of struck_, at their times
   std::vector<Blow> blows_;
   std::vector<const Candidate*> blow_pairs_;  // of each blow
   std::vector<Vector3> approaches_;           // m/s, relative velocity at each blow before it
-  std::vector<double> earliest_;              // by row, scratch
   std::vector<Moved> moved_;
   ContactBuffer impulses_;
 };

@@ -1,8 +1,8 @@
 #include "sleeping.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "disjoint_sets.h"
 #include "running_surfaces.h"
 
 namespace genphys {
@@ -19,24 +19,6 @@ bool IsSlow(const StateArrays& state, uint32_t row, const AutoDisable& policy) {
   return state.linear_velocities.col(row).norm() <= *policy.linear_speed_max &&
          state.angular_velocities.col(row).norm() <= *policy.angular_speed_max;
 }
-
-// Union-find by path halving; the root of an island is its smallest row.
-class Islands {
- public:
-  explicit Islands(uint32_t rows) : parent_(rows) { std::iota(parent_.begin(), parent_.end(), 0); }
-  uint32_t Find(uint32_t row) {
-    while (parent_[row] != row) row = parent_[row] = parent_[parent_[row]];
-    return row;
-  }
-  void Join(uint32_t a, uint32_t b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 // Calls `visit(row_a, row_b)` for every spring between two entities.
 template <typename Visit>
@@ -58,7 +40,7 @@ bool IsHeld(const SceneJoint& joint, const LayerState& layer) {
 }
 
 // Whom the joint makes restless: whoever hangs on something that moves, or is driven.
-void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<uint8_t>& active, Islands& islands,
+void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<uint8_t>& active, DisjointSets& islands,
                 std::vector<uint8_t>& restless) {
   const JointDesc& desc = joint.desc;
   const bool is_driven = IsDriven(desc.kind);
@@ -86,7 +68,7 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
   }
   if (!any) return {};
 
-  Islands islands(state.rows());
+  DisjointSets islands(state.rows());
   std::vector<uint8_t> restless(state.rows());
   for (EntityRow row : rows) restless[Index(row)] = !RestedEnough(scene, layer, Index(row));
   const auto disturb = [&](uint32_t row, uint32_t other) {
@@ -145,7 +127,7 @@ void ReportMoving(const Scene& scene, const StateArrays& state, const std::vecto
 std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& state, const LayerState& layer,
                                       EntityRow row) {
   const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };
-  Islands islands(state.rows());
+  DisjointSets islands(state.rows());
   const auto tie = [&](uint32_t a, uint32_t b) {
     if (sleeps(a) && sleeps(b)) islands.Join(a, b);
   };

@@ -36,8 +36,9 @@ void StepRun::Report() {
   const EventKinds& kinds = world_.scene_.world.recorded_events;
   for (EntityId id : world_.woken_) events.push_back(EntityWoke{id});
   world_.woken_.clear();
+  const auto in_engine = static_cast<std::ptrdiff_t>(rows_.size());
   for (const Flyer& flyer : flyers_) rows_.push_back(flyer.row);
-  std::sort(rows_.begin(), rows_.end());
+  std::inplace_merge(rows_.begin(), rows_.begin() + in_engine, rows_.end());
   const std::vector<EntityRow> sleepers = RowsToSleep(world_.scene_, state_, rows_, world_.active_, step_size_, layer);
   world_.RememberTouches(sleepers);
   for (EntityRow row : sleepers) {

@@ -13,6 +13,8 @@ struct StepScratch {
   RowValues<Wrench> wrenches{Wrench{}};               // of commands
   RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
+  RowValues<int> struck_index{-1};                    // of impacts
+  RowValues<double> earliest{0};                      // of impacts, s before the end
   RowMarks flew;                                      // in flight before the solve
   RowMarks jointed;                                   // a joint holds it
   RowMarks held;                                      // something touches or holds it
@@ -23,7 +25,8 @@ struct StepScratch {
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
-    reset(wrenches, field_wrenches, accelerations, flew, jointed, held, moved, tested, flies, steered);
+    reset(wrenches, field_wrenches, accelerations, struck_index, earliest, flew, jointed, held, moved, tested, flies,
+          steered);
   }
 };
 

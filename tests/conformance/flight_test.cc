@@ -1,0 +1,76 @@
+// Bodies that nothing can meet in a step are moved without the engine, and are met all the same when something comes.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Flight, Claim::kDamping);
+
+constexpr double kStep = 1.0 / 60;
+// Closed forms, step by step: sums of a few hundred products of doubles.
+constexpr double kRounding = 1e-10;
+
+std::unique_ptr<World> MakeSpace(const std::string& engine, const Vector3& gravity) {
+  auto world = MakeWorld(WorldDesc{.engine = engine, .gravity = gravity, .ground_plane = false});
+  world->set_record_stats(true);
+  return world;
+}
+
+TEST_P(Flight, WithDampingIsExactAtAnyStepSize) {
+  constexpr double kDamping = 2.5, kGravity = 9.81;
+  const Vector3 start(3, 0, 20);
+  for (const double step : {kStep, 0.1}) {
+    const auto world = MakeSpace(GetParam(), {0, 0, -kGravity});
+    EntityDesc ball = Ball(Vector3::Zero());
+    ball.rigid_body->linear_velocity = start;
+    ball.rigid_body->linear_damping = kDamping;
+    const EntityId id = Add(*world, ball);
+    const int steps = static_cast<int>(std::lround(2 / step));
+    for (int i = 0; i < steps; ++i) ASSERT_TRUE(world->Step(step).ok());
+
+    EXPECT_EQ(world->stats().entities_in_flight, 1u);
+    EXPECT_EQ(world->stats().entities_in_engine, 0u);
+    // dv/dt = g - c v from rest at the origin with velocity v0.
+    const double t = steps * step, decayed = -std::expm1(-kDamping * t);
+    const Vector3 limit(0, 0, -kGravity / kDamping);
+    const Vector3 place = limit * t + (start - limit) * decayed / kDamping;
+    EXPECT_LT((PositionOf(*world, id) - place).norm(), kRounding) << step;
+    EXPECT_LT((VelocityOf(*world, id) - (limit + (start - limit) * (1 - decayed))).norm(), kRounding) << step;
+  }
+}
+
+TEST_P(Flight, EndsWhereSomethingIsInTheWay) {
+  const auto world = MakeSpace(GetParam(), Vector3::Zero());
+  EntityDesc ball = Ball({0, 0, 0});
+  ball.rigid_body->linear_velocity = {6, 0, 0};
+  const EntityId flyer = Add(*world, ball);
+  const EntityId other = Add(*world, Ball({3, 0, 0}));
+  Steps(*world, 1);
+  EXPECT_EQ(world->stats().entities_in_flight, 2u);
+
+  Steps(*world, 60);
+
+  // Without restitution two balls of one mass go on together.
+  EXPECT_NEAR(VelocityOf(*world, flyer).x(), 3, kRounding);
+  EXPECT_NEAR(VelocityOf(*world, other).x(), 3, kRounding);
+}
+
+TEST_P(Flight, IsMetByWhatComesInTheMiddleOfAStep) {
+  const auto world = MakeSpace(GetParam(), Vector3::Zero());
+  const EntityId flyer = Add(*world, Ball({0, 0, 0}));
+  EntityDesc pusher = Ball({-1.6, 0, 0});
+  pusher.rigid_body->motion_type = MotionType::kKinematic;
+  pusher.rigid_body->linear_velocity = {50, 0, 0};
+  Add(*world, pusher);
+
+  // It covers 0.83 m, and the gap of 0.6 m keeps it out of the flyer's region when the step begins.
+  Steps(*world, 1);
+
+  EXPECT_EQ(world->stats().entities_in_flight, 0u);
+  EXPECT_NEAR(VelocityOf(*world, flyer).x(), 50, 50 * kRounding);
+}
+
+}  // namespace
+}  // namespace genphys::testing
