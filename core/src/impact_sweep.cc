@@ -24,9 +24,10 @@ class Sweeper {
     for (size_t i = 0; i < body->geometries.size(); ++i) {
       const Geometry& geometry = body->geometries[i];
       if (!IsConvex(geometry.shape)) continue;
-      const Placement start = ToPlacement(way.start.Transform(geometry.pose_in_entity));
-      const Vector3 translation = end.Transform(geometry.pose_in_entity.position) - start.position;
+      const Vector3& place = geometry.pose_in_entity.position;
+      const Vector3 translation = end.Transform(place) - way.start.Transform(place);
       if (translation.norm() <= kUnseenWay * SmallestHalfExtent(geometry.shape)) continue;
+      const Placement start = ToPlacement(way.start.Transform(geometry.pose_in_entity));
       SweepGeometry(way, world_.geometry_rows[row][i], geometry, start, translation, swept);
     }
   }

@@ -168,8 +168,8 @@ bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint
 // Takes the velocities that forces have brought up meanwhile.
 void JointStep::Push(JointBody& body, double h) const {
   const uint32_t row = Index(body.row);
-  body.linear_velocity = body.linear_expected = state_.linear_velocities.col(row);
-  body.angular_velocity = body.angular_expected = state_.angular_velocities.col(row);
+  body.linear_velocity = body.linear_given = body.linear_expected = state_.linear_velocities.col(row);
+  body.angular_velocity = body.angular_given = body.angular_expected = state_.angular_velocities.col(row);
   const HalfStep& half = layer_.half_steps[row];
   if (body.is_movable() && !half.restarts) {
     body.linear_expected += body.interval * half.held_rate;
@@ -229,8 +229,9 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
                                      const ContactBuffer& contacts, std::vector<JointRow>& rows) {
   left_.clear();
   left_rows_.clear();
-  if (rows.empty() || solver == Solver::kIterative) return rows;
+  if (rows.empty()) return rows;
   islands_.Find(state_.rows(), moving, contacts, rows);
+  if (solver == Solver::kIterative) return rows;
   if (by_island_.size() < islands_.islands().size()) by_island_.resize(islands_.islands().size());
   for (std::vector<uint32_t>& list : by_island_) list.clear();
   for (uint32_t i = 0; i < rows.size(); ++i) {
@@ -259,6 +260,28 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
 
 void JointStep::TakeLeft(std::vector<JointRow>& rows) const {
   for (size_t i = 0; i < left_rows_.size(); ++i) rows[left_[i]].impulse = left_rows_[i].impulse;
+}
+
+void JointStep::AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
+  for (const JointRow& row : rows) {
+    const uint32_t island = islands_.IslandOf(row.a, row.b);
+    if (island == Islands::kNone) continue;
+    if (!row.is_driven) {
+      energies[island].allowed += row.repair;
+      continue;
+    }
+    // A force that does not change through the solve works along the mean of both rates.
+    double rate = 0;
+    for (const auto& [side, sign] : {std::pair(row.a, -1.0), std::pair(row.b, 1.0)}) {
+      if (side == kWorldRow) continue;
+      const JointBody& body = bodies_[body_of_[Index(side)]];
+      const Vector3 linear = (body.linear_given + state_.linear_velocities.col(Index(side))) / 2;
+      const Vector3 spin = (body.angular_given + state_.angular_velocities.col(Index(side))) / 2;
+      const bool is_linear = row.kind == JointRow::Kind::kLinear;
+      rate += sign * row.axis.dot(is_linear ? Vector3(linear + spin.cross(row.point - body.center)) : spin);
+    }
+    energies[island].allowed += std::max(row.impulse * rate, 0.0);
+  }
 }
 
 void JointStep::Take(double h) {

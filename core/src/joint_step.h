@@ -13,6 +13,7 @@
 #include "joints/joint_body.h"
 #include "joints/row_solver.h"
 #include "joints/row_writer.h"
+#include "solve_energy.h"
 
 namespace genphys {
 
@@ -50,6 +51,13 @@ class JointStep {
   std::span<JointRow> Solve(Solver solver, double h, std::span<const EntityRow> moving, const ContactBuffer& contacts,
                             std::vector<JointRow>& rows);
   void TakeLeft(std::vector<JointRow>& rows) const;
+
+  /// Which bodies that solve held together.
+  const Islands& islands() const { return islands_; }
+
+  /// Allows each island (by its number) the energy that motors and springs gave it in that solve, and what it takes to
+  /// make up for errors.
+  void AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
 
   /// Takes what that solve made of the rows. Velocities must still be those by which it moved the bodies.
   void Take(double h);

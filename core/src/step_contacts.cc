@@ -87,7 +87,7 @@ ImpactWorld StepRun::Surroundings() {
           scratch_.struck_index, scratch_.earliest};
 }
 
-void StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
+bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> ways;
@@ -95,9 +95,11 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
   }
   FillRelativeVelocities();
+  bool is_over = false;
   for (int wave = 0; wave < kWavesMax; ++wave) {
     const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.near_, ways, h);
-    if (!impacts.Solve(world_.contacts_, swept)) break;
+    is_over = !impacts.Solve(world_.contacts_, swept);
+    if (is_over) break;
     ways.clear();
     std::vector<EntityRow> rows;
     for (const Impacts::Moved& moved : impacts.moved()) {
@@ -117,6 +119,7 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   }
   touches_.AddSolved(impacts.impulses());
   Mark("impacts");
+  return is_over;
 }
 
 }  // namespace genphys

@@ -13,6 +13,8 @@ namespace {
 // Substeps for which what contacts and joints owe is not paid again: paying it at every substep would let the solver's
 // noise swing back and forth, which otherwise dies out in the first one.
 constexpr uint8_t kRestartPause = 8;
+// rad in a substep: a body that joints turn farther has no momentum that says how it turns.
+constexpr double kResolvedTurn = 0.7;
 // Accelerations that differ by less than this part of the larger one are the same.
 constexpr double kSameForce = 1e-12;
 // What contacts and joints give changed by this part of the larger value, and is this many times what acts from
@@ -180,9 +182,18 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.restarts = false;
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
+  const Vector3 spun = state_.angular_velocities.col(row);
+  const double energy = spun.dot(mover.tensor * spun);
+  TakeTensors(mover);
+  const double after = half.momentum.dot(mover.inverse_tensor * half.momentum);
+  if (scratch_.jointed[mover.row] && spun.norm() * h > kResolvedTurn) {
+    // A joint turned the body further than a step can follow, away from its momentum.
+    if (after > energy) half.momentum *= std::sqrt(energy / after);
+    half.held_velocity.setZero();
+    half.held_momentum.setZero();
+  }
   Vector3 linear = half.velocity + half.steady_kick + h / 2 * mover.field.acceleration;
   Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * mover.field.torque);
-  TakeTensors(mover);
   Brake(mover, h / 2, linear, momentum);
   const RigidBody& body = *entity.desc->rigid_body;
   state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, body.linear_speed_max);

@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <span>
 #include <vector>
 
 #include "field_forces.h"
@@ -115,8 +116,15 @@ class StepRun {
   void PrepareContacts(double h);
   void ShareImpulses(double h);
   // What met in the substep just done, or what a command made meet before the first one.
-  void ResolveImpacts(double h, double elapsed, bool after_move);
+  // False: there were too many for one substep.
+  bool ResolveImpacts(double h, double elapsed, bool after_move);
   ImpactWorld Surroundings();
+
+  // Energy of joints (step_energy.cc).
+  bool IsMovedByOthers(EntityRow row) const;
+  void FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
+  void RestrainJointed(double h, std::vector<JointRow>& rows);
+  void TakePart(const Mover& mover, double h, double part);
 
   // What is told of the step (step_report.cc).
   void FinishNetForces();
@@ -132,7 +140,8 @@ class StepRun {
   double step_size_;
   double substep_ = 0;  // s
   Solver solver_ = Solver::kAutomatic;
-  bool ran_ = false;  // something was moved
+  bool ran_ = false;      // something was moved
+  bool settled_ = false;  // no impacts are left
   StateArrays& state_;
   StepScratch& scratch_;
   FieldForces fields_;

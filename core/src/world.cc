@@ -1,6 +1,7 @@
 #include "genphys/world.h"
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 #include <utility>
 
@@ -293,7 +294,14 @@ void World::LayLying() {
 }
 
 void World::WakeAll() {
-  for (uint32_t row = 0; row < state_.rows(); ++row) Wake(EntityRow{row});
+  // Each of many static entities that a batch brings in asks for it, when those that slept are awake already.
+  const uint8_t* const first = state_.asleep.data();
+  const uint8_t* const end = first + state_.rows();
+  for (const uint8_t* row = first; row < end; ++row) {
+    row = static_cast<const uint8_t*>(std::memchr(row, 1, static_cast<size_t>(end - row)));
+    if (row == nullptr) return;
+    Wake(EntityRow{static_cast<uint32_t>(row - first)});
+  }
 }
 
 }  // namespace genphys

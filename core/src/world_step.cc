@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -78,18 +79,20 @@ bool StepRun::IsDynamic(EntityRow row) const {
 void StepRun::CollectRows() {
   if (world_.active_count_ == 0) return;
   const std::vector<uint8_t>& active = world_.active_;
-  // Eight at a time, for most of many entities rest.
-  uint64_t eight = 0;
-  for (size_t first = 0; first < active.size(); first += sizeof(eight)) {
-    const size_t end = std::min(first + sizeof(eight), active.size());
-    eight = 0;
-    std::memcpy(&eight, active.data() + first, end - first);
-    if (eight == 0) continue;
-    for (size_t i = first; i < end; ++i) {
+  const auto collect = [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
       const EntityRow row{static_cast<uint32_t>(i)};
       if (active[i]) (IsDynamic(row) ? rows_ : kinematic_rows_).push_back(row);
     }
+  };
+  // Many at a time, for most of many entities rest; a copy of fixed size is a load.
+  std::array<uint64_t, 4> some{};
+  const size_t whole = active.size() - active.size() % sizeof(some);
+  for (size_t first = 0; first < whole; first += sizeof(some)) {
+    std::memcpy(some.data(), active.data() + first, sizeof(some));
+    if ((some[0] | some[1] | some[2] | some[3]) != 0) collect(first, first + sizeof(some));
   }
+  collect(whole, active.size());
 }
 
 void StepRun::Save(EntityRow entity, bool asleep) {
@@ -134,15 +137,18 @@ void StepRun::Advance() {
   for (EntityRow row : rows_) Save(row, false);
   for (EntityRow row : kinematic_rows_) Save(row, false);
   for (EntityRow row : rows_) AddMover(row);
+  Mark("choose");
   const StepperSettings settings = world_.backend_->Resolve(world_.scene_.world.stepper);
   const uint32_t substeps = settings.substeps;
   substep_ = step_size_ / substeps;
   solver_ = settings.solver;
+  settled_ = std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == last_substep_before_;
   if (world_.contacts_stale_) CollideAndWake(nullptr);
   if (rows_.empty() && kinematic_rows_.empty()) {
     world_.solved_.Clear();
   } else {
     RunEngine(substeps);
+    world_.is_settled_ = settled_ && broken_.empty();
   }
   FinishFlight();
   CountForcesDown();
@@ -150,8 +156,10 @@ void StepRun::Advance() {
 
 // What contacts, joints or command move, in the engine's lane.
 void StepRun::RunEngine(uint32_t substeps) {
-  PayReleased();
-  ResolveImpacts(substep_, 0, false);
+  if (!settled_) {
+    PayReleased();
+    ResolveImpacts(substep_, 0, false);
+  }
   for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);
   FinishNetForces();
   FinishJoints();
@@ -268,7 +276,7 @@ void StepRun::Substep(double h, double elapsed) {
   GroundMet(elapsed + h);
   CollideAndWake(nullptr);
   PayReleased();
-  ResolveImpacts(h, elapsed + h, true);
+  settled_ = ResolveImpacts(h, elapsed + h, true);
 }
 
 void StepRun::Solve(double h) {
@@ -277,6 +285,7 @@ void StepRun::Solve(double h) {
   world_.engine_->ScaleInertia(joints_.scales());
   world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
   joints_.TakeLeft(rows);
+  RestrainJointed(h, rows);
 }
 
 void StepRun::MoveKinematic(double h) {

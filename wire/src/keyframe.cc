@@ -14,7 +14,12 @@ constexpr size_t kBytesPerWord = sizeof(uint64_t);
 
 uint64_t LoadBytes(std::span<const uint8_t> bytes, size_t at) {
   uint64_t word = 0;
-  std::memcpy(&word, bytes.data() + at, std::min(kBytesPerWord, bytes.size() - at));
+  if (at + kBytesPerWord <= bytes.size()) {
+    // Of fixed size, so that it is one load.
+    std::memcpy(&word, bytes.data() + at, kBytesPerWord);
+  } else {
+    std::memcpy(&word, bytes.data() + at, bytes.size() - at);
+  }
   return word;
 }
 

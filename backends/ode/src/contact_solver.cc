@@ -154,7 +154,7 @@ ContactSolver::~ContactSolver() {
 void ContactSolver::Begin(uint32_t count, double step_size) {
   // Spare bodies cost a little in every step, and more when they are created anew: as many are kept as are in use.
   constexpr size_t kSpareMin = 64;
-  dJointGroupEmpty(contacts_);
+  EmptyGroup();
   contact_count_ = 0;
   row_count_ = 0;
   torsion_softness_ = 0;
@@ -167,6 +167,20 @@ void ContactSolver::Begin(uint32_t count, double step_size) {
   if (bodies_.size() > 2 * size_t{count} + kSpareMin) Shrink(count);
   for (; body_count_ < count; ++body_count_) dBodyEnable(bodies_[body_count_]);
   for (; body_count_ > count; --body_count_) dBodyDisable(bodies_[body_count_ - 1]);
+}
+
+// A group keeps the memory of the most joints that it ever had and walks through it whenever it is emptied: one that
+// has become too large is made anew.
+void ContactSolver::EmptyGroup() {
+  constexpr size_t kSpareMin = 1024;
+  const size_t joints = contact_count_ + row_count_;
+  most_joints_ = std::max(most_joints_, joints);
+  dJointGroupEmpty(contacts_);
+  if (most_joints_ <= 4 * joints + kSpareMin) return;
+  dJointGroupDestroy(contacts_);
+  contacts_ = dJointGroupCreate(0);
+  composer_.SetGroup(contacts_);
+  most_joints_ = 0;
 }
 
 void ContactSolver::Grow(uint32_t count) {

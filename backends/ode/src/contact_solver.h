@@ -85,6 +85,7 @@ class ContactSolver {
   void TakeRowImpulses() { composer_.TakeImpulses(); }
 
  private:
+  void EmptyGroup();
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
   double Softness(const ContactConstraint& contact) const;
@@ -96,6 +97,7 @@ class ContactSolver {
   dxThreadingImplementation* threading_;
   dxWorld* world_;
   dxJointGroup* contacts_;
+  size_t most_joints_ = 0;  // that it had at a time
   RowComposer composer_;
   // ODE walks its bodies from the last created to the first, so that only the number of bodies in use matters.
   std::vector<dxBody*> bodies_;

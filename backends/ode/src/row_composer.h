@@ -31,6 +31,8 @@ class RowComposer {
   };
 
   RowComposer(dxWorld* world, dxJointGroup* joints);
+  /// To which joints belong from now on.
+  void SetGroup(dxJointGroup* joints) { joints_ = joints; }
   ~RowComposer();
 
   /// Starts anew for a solve of `step_size` seconds and at most `count` rows.

@@ -27,11 +27,13 @@ struct JointRow {
   /// This row and the block - 1 after it are linear at the same point, along perpendicular axes, unbounded and equally
   /// soft. One: nothing is said.
   uint8_t block = 1;
+  bool is_driven = false;            // of a motor or spring, which may do work
   Vector3 axis = Vector3::UnitZ();   // world; of unit length except in gears
   Vector3 point = Vector3::Zero();   // world, m
   Vector3 axis_b = Vector3::Zero();  // world
   double target = 0;                 // m/s or rad/s
   double softness = 0;               // 1/kg or 1/(kg*m^2): rate that an impulse of one leaves
+  double repair = 0;                 // J: to make up for an error the solve may give so much
   double lower = -kUnbounded;        // N*s or N*m*s: either none, zero or minus `upper`
   double upper = kUnbounded;
   double impulse = 0;  // N*s or N*m*s: what the solve found

@@ -205,6 +205,7 @@ class World {
   std::vector<EntityRow> roused_;  // since the step began
   bool is_stirred_ = false;        // somebody of whom LayerState::lying tells may be active
   bool contacts_stale_ = true;     // something moved, came or changed since the last Collide()
+  bool is_settled_ = false;        // no impact is left of the step before, and no command came since
   bool faulted_ = false;
   uint32_t entity_count_ = 0;
   uint32_t joint_count_ = 0;

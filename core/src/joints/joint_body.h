@@ -17,6 +17,8 @@ struct JointBody {
   Vector3 angular_before = Vector3::Zero();   // rad/s
   Vector3 linear_velocity = Vector3::Zero();  // m/s, with the forces of this substep
   Vector3 angular_velocity = Vector3::Zero();
+  Vector3 linear_given = Vector3::Zero();  // the same until the solve
+  Vector3 angular_given = Vector3::Zero();
   double inverse_mass = 0;                                    // 1/kg
   Matrix3 own_inverse = Matrix3::Zero();                      // of its tensor, 1/(kg*m^2), world
   Matrix3 inverse_tensor = Matrix3::Zero();                   // the same of what joints find

@@ -13,6 +13,9 @@ constexpr double kCorrected = 1;
 // No error is taken away faster than this: what was joined far apart comes together without a bang.
 constexpr double kCorrectionSpeedMax = 10;  // m/s
 constexpr double kCorrectionSpinMax = 20;   // rad/s
+// What making up for errors may give to what would else stand still.
+constexpr double kQuietSpeed = 0.3;  // m/s
+constexpr double kQuietSpin = 0.5;   // rad/s
 // Softness of a hard row, of its own mobility. Where rows say the same thing twice a direct solver divides by what is
 // left; what hangs on such a row gives way by 1e-8 of what it would fall.
 constexpr double kLeastSoftness = 1e-8;
@@ -89,11 +92,18 @@ double RowWriter::Mobility(const JointRow& row) const {
   return linear + turn_a.dot(a_.body->inverse_tensor * turn_a) + turn_b.dot(b_.body->inverse_tensor * turn_b);
 }
 
-double RowWriter::Correction(double error, bool is_angular) const {
+void RowWriter::Correct(double error, JointRow& row) const {
+  const bool is_angular = row.kind != JointRow::Kind::kLinear;
   const double bound = is_angular ? kCorrectionSpinMax : correction_.speed_max.value_or(kCorrectionSpeedMax);
   const double slop = is_angular ? 0 : correction_.slop.value_or(0);
   const double left = std::copysign(std::max(std::abs(error) - slop, 0.0), error);
-  return std::clamp(-correction_.PartOf(step_size_, kCorrected) * left / step_size_, -bound, bound);
+  row.target = std::clamp(-correction_.PartOf(step_size_, kCorrected) * left / step_size_, -bound, bound);
+  const double mobility = Mobility(row);
+  if (!(mobility > 0)) return;
+  // Who says how errors are taken away gets what that takes; else they wait where it would be too much at once.
+  const double quiet = is_angular ? kQuietSpin : kQuietSpeed;
+  const double rate = correction_.any() ? row.target : std::min(std::abs(row.target), quiet);
+  row.repair = rate * rate / mobility / 2;
 }
 
 JointRow& RowWriter::Add(const Coordinate& coordinate) {
@@ -110,7 +120,9 @@ JointRow& RowWriter::Add(const Coordinate& coordinate) {
 void RowWriter::LockAt(const Coordinate& coordinate, double position, double bend) {
   if (rows_ == nullptr) return;
   const double error = coordinate.scale * (coordinate.position - position);
-  Add(coordinate).target = Correction(error, coordinate.is_angular()) - bend;
+  JointRow& row = Add(coordinate);
+  Correct(error, row);
+  row.target -= bend;
 }
 
 void RowWriter::LockPoint() {
@@ -172,8 +184,12 @@ void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limi
   if (!(gap <= kLimitHorizon * step_size_)) return;
   JointRow& row = Add(coordinate);
   // What is left may be used up within the step, and no more.
-  const double speed = gap >= 0 ? -gap / step_size_ : Correction(gap, coordinate.is_angular());
-  row.target = is_lower ? speed : -speed;
+  if (gap >= 0) {
+    row.target = -gap / step_size_;
+  } else {
+    Correct(gap, row);
+  }
+  if (!is_lower) row.target = -row.target;
   (is_lower ? row.lower : row.upper) = 0;
 }
 
@@ -189,6 +205,7 @@ void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, con
   if (limits.lower) rate = std::max(rate, std::min(0.0, (*limits.lower - coordinate.position) / step_size_));
   if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
   JointRow& row = Add(coordinate);
+  row.is_driven = true;
   row.target = coordinate.scale * rate;
   Bound(force_max / coordinate.scale);
 }
@@ -205,6 +222,7 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
                           double force_max) {
   if (!(stiffness + damping > 0) || force_max == 0) return;
   JointRow& row = Add(coordinate);
+  row.is_driven = true;
   const double h = step_size_, time = interval(), scale = coordinate.scale;
   // The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1
   // and of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
@@ -233,7 +251,7 @@ void RowWriter::LockGear(double ratio) {
   row.axis = axis_a;
   row.axis_b = axis_b;
   row.softness = kLeastSoftness * Mobility(row);
-  row.target = Correction(state_.positions[5], true);
+  Correct(state_.positions[5], row);
 }
 
 }  // namespace genphys

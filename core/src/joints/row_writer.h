@@ -86,7 +86,8 @@ class RowWriter {
   JointRow& Add(const Coordinate& coordinate);
   void Bound(double force_max);
   double Mobility(const JointRow& row) const;
-  double Correction(double error, bool is_angular) const;
+  // Makes the row take `error` (m or rad) away, as far as that may be done in this substep.
+  void Correct(double error, JointRow& row) const;
 
   const JointSide& a_;
   const JointSide& b_;

@@ -1,0 +1,28 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+namespace genphys {
+
+/// Kinetic energy of an island while a part of what a solve gave to its velocities is added to them:
+/// before + part * first + part^2 * second, J.
+struct SolveEnergy {
+  double first = 0;
+  double second = 0;
+  double allowed = 0;          // by so much it may grow
+  bool is_open = false;        // something moves it that no solve moves
+  bool is_restrained = false;  // by part < 1
+  double part = 1;
+
+  /// Finds the largest part of the solve that gives no more than is allowed. Taking none gives nothing, so that there
+  /// is one.
+  void Restrain() {
+    const double gain = first + second;
+    if (is_open || !(gain > allowed) || !std::isfinite(gain)) return;
+    is_restrained = true;
+    const double root = std::sqrt(first * first + 4 * second * allowed);
+    part = first > 0 ? 2 * allowed / (first + root) : (root - first) / (2 * second);
+  }
+};
+
+}  // namespace genphys
