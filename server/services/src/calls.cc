@@ -13,22 +13,25 @@ std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerConte
   return std::chrono::steady_clock::now() + (deadline - std::chrono::system_clock::now());
 }
 
-Reply Replier(grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response) {
-  return [reactor, response](const Result<Bytes>& reply) {
+Reply Replier(OpenCalls& calls, grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response) {
+  calls.Begin();
+  return [&calls, reactor, response](const Result<Bytes>& reply) {
     if (reply.ok()) *response = ToByteBuffer(*reply);
     reactor->Finish(ToGrpcStatus(reply.status()));
+    calls.End();
   };
 }
 
-grpc::ServerUnaryReactor* CallWorld(WorldDirectory& directory, WorldMethod method, grpc::CallbackServerContext* context,
-                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+grpc::ServerUnaryReactor* CallWorld(WorldDirectory& directory, OpenCalls& calls, WorldMethod method,
+                                    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                    grpc::ByteBuffer* response) {
   // Each call of DefaultReactor() makes a new one.
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   directory.Handle({.method = method,
                     .request = ToBytes(*request),
                     .deadline = DeadlineOf(*context),
                     .is_cancelled = [context] { return context->IsCancelled(); }},
-                   Replier(reactor, response));
+                   Replier(calls, reactor, response));
   return reactor;
 }
 
@@ -38,6 +41,11 @@ void MessageStream::OnWriteDone(bool ok) {
   } else {
     Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the subscriber is gone"));
   }
+}
+
+void MessageStream::OnDone() {
+  calls_.End();
+  delete this;
 }
 
 void MessageStream::AskForMore() {
@@ -59,6 +67,11 @@ void DriveStream::OnReadDone(bool ok) {
 void DriveStream::OnWriteDone(bool ok) {
   if (!ok) drive_->Cancel();
   AskForMore();
+}
+
+void DriveStream::OnDone() {
+  calls_.End();
+  delete this;
 }
 
 void DriveStream::AskForMore() {

@@ -5,34 +5,39 @@
 #include <memory>
 
 #include "genphys/hosting/world_directory.h"
+#include "open_calls.h"
 
 namespace genphys {
 
 /// When the caller stops waiting.
 std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerContext& context);
 
-/// What answers a unary call; to be called once, on any thread. `reactor` is the default one of the call's context:
-/// gRPC ends any other one on a thread that has to be woken for that.
-Reply Replier(grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response);
+/// What answers a unary call, which begins here; to be called once, on any thread. `reactor` is the default one of the
+/// call's context: gRPC ends any other one on a thread that has to be woken for that.
+Reply Replier(OpenCalls& calls, grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response);
 
 /// Hands the request to the world that it names.
-grpc::ServerUnaryReactor* CallWorld(WorldDirectory& directory, WorldMethod method, grpc::CallbackServerContext* context,
-                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response);
+grpc::ServerUnaryReactor* CallWorld(WorldDirectory& directory, OpenCalls& calls, WorldMethod method,
+                                    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                    grpc::ByteBuffer* response);
 
 /// One server stream: asks its subscription for a message whenever gRPC has taken the last.
 class MessageStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
-  explicit MessageStream(std::shared_ptr<Subscription> subscription) : subscription_(std::move(subscription)) {
+  MessageStream(OpenCalls& calls, std::shared_ptr<Subscription> subscription)
+      : calls_(calls), subscription_(std::move(subscription)) {
+    calls_.Begin();
     AskForMore();
   }
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override { subscription_->Cancel(); }
-  void OnDone() override { delete this; }
+  void OnDone() override;
 
  private:
   void AskForMore();
 
+  OpenCalls& calls_;
   const std::shared_ptr<Subscription> subscription_;
   grpc::ByteBuffer message_;
 };
@@ -40,7 +45,8 @@ class MessageStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 /// A stream of steps: reads when its drive is ready for a request, and writes what that answers.
 class DriveStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
-  explicit DriveStream(std::shared_ptr<Drive> drive) : drive_(std::move(drive)) {
+  DriveStream(OpenCalls& calls, std::shared_ptr<Drive> drive) : calls_(calls), drive_(std::move(drive)) {
+    calls_.Begin();
     AskForMore();
     StartRead(&request_);
   }
@@ -48,11 +54,12 @@ class DriveStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnCancel() override { drive_->Cancel(); }
-  void OnDone() override { delete this; }
+  void OnDone() override;
 
  private:
   void AskForMore();
 
+  OpenCalls& calls_;
   const std::shared_ptr<Drive> drive_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer reply_;

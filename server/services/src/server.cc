@@ -14,6 +14,7 @@
 #include "genphys/hosting/in_process_host.h"
 #include "genphys/hosting/world_directory.h"
 #include "listen_address.h"
+#include "open_calls.h"
 #include "simulation_service.h"
 #include "world_service.h"
 
@@ -71,10 +72,11 @@ struct Server::Parts {
             },
             options.worlds_max),
         engine_service(registry),
-        world_service(directory),
-        simulation_service(directory) {}
+        world_service(directory, calls),
+        simulation_service(directory, calls) {}
 
   BackendRegistry registry;
+  OpenCalls calls;
   WorkerPool pool;
   WorldDirectory directory;
   EngineService engine_service;
@@ -133,7 +135,9 @@ Result<std::unique_ptr<Server>> Server::Start(BackendRegistry registry, const Se
 void Server::Shutdown(std::chrono::milliseconds grace) {
   parts_->server->GetHealthCheckService()->Shutdown();
   parts_->directory.Drain();
-  parts_->server->Shutdown(std::chrono::system_clock::now() + grace);
+  const auto deadline = std::chrono::steady_clock::now() + grace;
+  parts_->calls.AwaitEnd(deadline);
+  parts_->server->Shutdown(std::chrono::system_clock::now() + (deadline - std::chrono::steady_clock::now()));
   parts_->server.reset();
 }
 

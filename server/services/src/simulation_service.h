@@ -26,7 +26,7 @@ using RawSimulationService =
 /// Hands encoded requests to worlds, and encoded replies and streams back.
 class SimulationService final : public RawSimulationService {
  public:
-  explicit SimulationService(WorldDirectory& directory) : directory_(directory) {}
+  SimulationService(WorldDirectory& directory, OpenCalls& calls) : directory_(directory), calls_(calls) {}
 
   grpc::ServerUnaryReactor* CreateEntity(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
@@ -66,6 +66,7 @@ class SimulationService final : public RawSimulationService {
 
  private:
   WorldDirectory& directory_;
+  OpenCalls& calls_;
 };
 
 }  // namespace genphys

@@ -13,7 +13,7 @@ using RawWorldService =
 /// Hands encoded requests to the directory and encoded replies back.
 class WorldService final : public RawWorldService {
  public:
-  explicit WorldService(WorldDirectory& directory) : directory_(directory) {}
+  WorldService(WorldDirectory& directory, OpenCalls& calls) : directory_(directory), calls_(calls) {}
 
   grpc::ServerUnaryReactor* CreateWorld(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                         grpc::ByteBuffer* response) override;
@@ -32,6 +32,7 @@ class WorldService final : public RawWorldService {
 
  private:
   WorldDirectory& directory_;
+  OpenCalls& calls_;
 };
 
 }  // namespace genphys

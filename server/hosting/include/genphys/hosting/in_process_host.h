@@ -28,7 +28,7 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
   static constexpr size_t kMailboxBytesMax = 256 << 20;
   /// Once a step of this world took less, whoever asks for the next ones may do them on its own thread: waking another
   /// one takes tens of microseconds.
-  static constexpr std::chrono::microseconds kQuick{100};
+  static constexpr std::chrono::microseconds kQuick{500};
 
   /// The world called `name` that `wanted` asks for. `registry` and `pool` outlive it.
   static Result<std::shared_ptr<WorldHost>> Create(const BackendRegistry& registry, WorkerPool& pool,
