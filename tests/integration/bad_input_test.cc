@@ -7,6 +7,7 @@
 #include "integration/meaning.h"
 #include "support/limit_cases.h"
 #include "support/requests.h"
+#include "support/sweep.h"
 
 namespace genphys::testing {
 namespace {
@@ -46,16 +47,15 @@ TEST_P(LiveInput, IsAcceptedIfAndOnlyIfItLiesWithinTheLimits) {
   bench.Complete(*sample);
   const LimitCaseOptions options{.field_bytes_max = kFieldBytesMax,
                                  .complete = [&](Message& added) { bench.Complete(added); }};
-  size_t cases = 0;
+  int cases = 0;
 
   ForEachLimitCase(*sample, options, [&](const LimitCase& probe) {
-    if (IsTriedByStep(probe)) return;
-    ++cases;
+    if (IsTriedByStep(probe) || cases++ % kSweepStride != 0) return;
     const std::optional<Refusal> refusal = probe.refusal ? probe.refusal : meaning.RefusalFor(probe);
     bench.Try(method(), probe.request, VerdictOf(refusal), probe.field + " " + probe.probe);
   });
 
-  EXPECT_GT(cases, 0u);
+  EXPECT_GT(cases, 0);
 }
 
 TEST_P(LiveInput, OfOtherBytesThanARequestIsRefused) {

@@ -9,11 +9,12 @@
 #include "integration/meaning.h"
 #include "support/limit_cases.h"
 #include "support/requests.h"
+#include "support/sweep.h"
 
 namespace genphys::testing {
 namespace {
 
-constexpr int kBatches = 300;
+constexpr int kBatches = 300 / kSweepStride;
 constexpr size_t kCommands = 5;  // in each batch
 constexpr size_t kExtremes = 4;  // at most, in each body
 

@@ -8,6 +8,7 @@
 #include "conformance/engine_test.h"
 #include "integration/live_server.h"
 #include "support/shapes.h"
+#include "support/sweep.h"
 
 namespace genphys::testing {
 namespace {
@@ -47,7 +48,8 @@ class Neighbour {
 TEST_P(LargeShapes, OfAMillionTrianglesLetOtherWorldsGoOn) {
   const LiveServer live;
   const client::Server server = live.Connect();
-  const TriangleMesh mesh = GroundMesh(100, 707, [](double x, double y) { return 0.3 * std::sin(x) * std::cos(y); });
+  const TriangleMesh mesh =
+      GroundMesh(100, kManyCells, [](double x, double y) { return 0.3 * std::sin(x) * std::cos(y); });
   client::World world = Value(server.CreateWorld(WorldOn(GetParam())));
   const Neighbour neighbour(server, GetParam());
   const int before = neighbour.steps();

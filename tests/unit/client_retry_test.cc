@@ -2,6 +2,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <string>
 
@@ -15,13 +16,11 @@ namespace {
 /// Fails the first `failures` calls with `code`.
 class Doorman {
  public:
-  grpc::Status Answer() {
-    ++calls;
-    return calls <= failures ? grpc::Status(code, "not now") : grpc::Status::OK;
-  }
-  int calls = 0;
-  int failures = 0;
-  grpc::StatusCode code = grpc::StatusCode::UNAVAILABLE;
+  grpc::Status Answer() { return ++calls <= failures ? grpc::Status(code, "not now") : grpc::Status::OK; }
+  // The server answers on threads of its own.
+  std::atomic<int> calls = 0;
+  std::atomic<int> failures = 0;
+  std::atomic<grpc::StatusCode> code = grpc::StatusCode::UNAVAILABLE;
 };
 
 class Engines final : public v1::EngineService::Service {
