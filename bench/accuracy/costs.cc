@@ -2,6 +2,7 @@
 #include <string>
 
 #include "contenders/dice.h"
+#include "contenders/pile.h"
 #include "problem.h"
 
 namespace genphys::bench {
@@ -24,28 +25,10 @@ Problem Tumblers() {
   return problem;
 }
 
-// Layers of boxes in slight disorder, `rise` apart, that fall on each other.
-Scene Pile(int row, int layers, double rise, double restitution) {
-  constexpr double kSpacing = 1.3;
-  constexpr double kAside = 0.3;
-  constexpr double kTurn = 0.3;
-  Scene scene{.has_ground = true, .friction = 0.5, .restitution = restitution};
-  Dice dice(1);
-  for (int layer = 0; layer < layers; ++layer) {
-    const double aside = layer % 2 == 0 ? -kAside : kAside;
-    for (int i = 0; i < row * row; ++i) {
-      Pose pose = At(kSpacing * (i % row) + aside, kSpacing * (i / row) + aside, 0.6 + rise * layer);
-      pose.orientation = Turn(kTurn * dice.Next(), Vector3::UnitZ());
-      scene.Add(Box{{0.5, 0.5, 0.5}}, 1, pose);
-    }
-  }
-  return scene;
-}
-
 Problem RestingPile() {
   return {.id = "T.pile",
           .title = "1,000 boxes in a pile that has come to rest, awake",
-          .scene = Pile(10, 10, 1.1, 0),
+          .scene = PileOf({}),
           .duration = 1,
           .rates = {kRate},
           .settle = 4,
@@ -55,7 +38,7 @@ Problem RestingPile() {
 Problem FallingPile() {
   return {.id = "T.falling",
           .title = "216 boxes that fall on each other, e = 0.3",
-          .scene = Pile(6, 6, 1.3, 0.3),
+          .scene = PileOf({.row = 6, .layers = 6, .rise = 1.3, .restitution = 0.3}),
           .duration = 3,
           .rates = {kRate},
           .is_large = true};

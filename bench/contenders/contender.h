@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "genphys/registry.h"
+#include "genphys/stepper.h"
 #include "scene.h"
 #include "simulation.h"
 
@@ -19,5 +20,13 @@ struct Contender {
 
 /// Our model on each engine that knows contacts, with each preset, and the engines alone.
 std::vector<Contender> Contenders(const BackendRegistry& registry);
+
+/// Our model with any stepper, under a name of its own. `registry` must outlive it.
+Contender GenphysContender(const BackendRegistry& registry, const std::string& name, const std::string& engine,
+                           const StepperDesc& stepper);
+
+/// The engines alone in their defaults, and then set up for speed in the ways that they have for it: where the fastest
+/// is looked for.
+std::vector<Contender> RawContenders(const std::string& engine);
 
 }  // namespace genphys::bench

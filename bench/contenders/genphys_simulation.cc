@@ -69,6 +69,13 @@ class GenphysSimulation final : public Simulation {
   void Remove(size_t body) override { Apply(DeleteEntity{bodies_.at(body)}); }
   void Release(size_t joint) override { Apply(DeleteJoint{joints_.at(joint)}); }
 
+  StepStats Explain(double step_size) override {
+    world_->set_record_stats(true);
+    Step(step_size);
+    world_->set_record_stats(false);
+    return world_->stats();
+  }
+
  private:
   void Apply(const Command& command) { Expect(world_->Apply({&command, 1})); }
 

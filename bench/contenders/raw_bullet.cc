@@ -1,5 +1,6 @@
 #include "raw_bullet.h"
 
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
@@ -69,14 +70,27 @@ class ShapeMaker {
   std::vector<std::unique_ptr<MeshCopy>>& meshes_;
 };
 
+btDefaultCollisionConstructionInfo PoolsOf(const BulletSetup& setup) {
+  btDefaultCollisionConstructionInfo info;
+  if (setup.pool_size) {
+    info.m_defaultMaxPersistentManifoldPoolSize = *setup.pool_size;
+    info.m_defaultMaxCollisionAlgorithmPoolSize = *setup.pool_size;
+  }
+  return info;
+}
+
 class RawBullet final : public Simulation {
  public:
-  explicit RawBullet(const Scene& scene)
+  RawBullet(const BulletSetup& setup, const Scene& scene)
       : friction_(scene.friction),
         restitution_(scene.restitution),
         may_sleep_(scene.may_sleep),
+        configuration_(PoolsOf(setup)),
         dispatcher_(&configuration_),
         world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
+    world_.setForceUpdateAllAabbs(setup.updates_all_boxes);
+    world_.getDispatchInfo().m_useContinuous = setup.is_continuous;
+    world_.getSimulationIslandManager()->setSplitIslands(setup.splits_islands);
     SetGravity(scene.gravity);
     for (const EntityDesc& body : scene.bodies) Add(body);
     if (scene.has_ground) {
@@ -134,6 +148,21 @@ class RawBullet final : public Simulation {
   void Release(size_t joint) override {
     world_.removeConstraint(joints_.at(joint).get());
     joints_[joint].reset();
+  }
+
+  StepStats Explain(double step_size) override {
+    Step(step_size);
+    StepStats stats;
+    for (const auto& body : bodies_) {
+      if (body == nullptr || body->getInvMass() == 0) continue;
+      ++(body->isActive() ? stats.entities_in_engine : stats.entities_asleep);
+    }
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+      const int points = dispatcher_.getManifoldByIndexInternal(i)->getNumContacts();
+      stats.pairs += points > 0 ? 1 : 0;
+      stats.contacts += static_cast<uint32_t>(points);
+    }
+    return stats;
   }
 
  private:
@@ -204,6 +233,8 @@ class RawBullet final : public Simulation {
 
 }  // namespace
 
-std::unique_ptr<Simulation> SimulateInRawBullet(const Scene& scene) { return std::make_unique<RawBullet>(scene); }
+std::unique_ptr<Simulation> SimulateInRawBullet(const BulletSetup& setup, const Scene& scene) {
+  return std::make_unique<RawBullet>(setup, scene);
+}
 
 }  // namespace genphys::bench

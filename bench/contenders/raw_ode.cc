@@ -14,7 +14,7 @@
 namespace genphys::bench {
 namespace {
 
-constexpr int kContactsMax = 8;
+constexpr int kContactsMax = 8;  // of a pair, in any setup
 
 // A hull or mesh, which ODE only points to.
 struct ShapeData {
@@ -73,15 +73,28 @@ class GeomMaker {
   std::vector<std::unique_ptr<ShapeData>>& data_;
 };
 
+dSpaceID MakeSpace(OdeSpace space) {
+  switch (space) {
+    case OdeSpace::kSweepXyz:
+      return dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
+    case OdeSpace::kSweepXzy:
+      return dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XZY);
+    case OdeSpace::kHash:
+      return dHashSpaceCreate(nullptr);
+  }
+  throw std::logic_error("no such space");
+}
+
 class RawOde final : public Simulation {
  public:
-  RawOde(OdeStepper stepper, const Scene& scene)
-      : stepper_(stepper), friction_(scene.friction), restitution_(scene.restitution) {
+  RawOde(const OdeSetup& setup, const Scene& scene)
+      : setup_(setup), friction_(scene.friction), restitution_(scene.restitution) {
+    if (setup.contacts_max > kContactsMax) throw std::logic_error("too many contacts of a pair");
     dInitODE2(0);
     // The sweeps take the rows in random order: the same one in every run.
     dRandSetSeed(1);
     world_ = dWorldCreate();
-    space_ = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
+    space_ = MakeSpace(setup.space);
     contacts_ = dJointGroupCreate(0);
     SetGravity(scene.gravity);
     dWorldSetAutoDisableFlag(world_, scene.may_sleep ? 1 : 0);
@@ -103,7 +116,7 @@ class RawOde final : public Simulation {
       dBodyAddForce(bodies_[pushed.body], pushed.force.x(), pushed.force.y(), pushed.force.z());
       dBodyAddTorque(bodies_[pushed.body], pushed.torque.x(), pushed.torque.y(), pushed.torque.z());
     }
-    if (stepper_ == OdeStepper::kWorldStep) {
+    if (setup_.stepper == OdeStepper::kWorldStep) {
       dWorldStep(world_, step_size);
     } else {
       dWorldQuickStep(world_, step_size);
@@ -141,6 +154,15 @@ class RawOde final : public Simulation {
 
   void Release(size_t joint) override { dJointDestroy(joints_.at(joint)); }
 
+  StepStats Explain(double step_size) override {
+    stats_ = {};
+    Step(step_size);
+    for (const dBodyID body : bodies_) {
+      if (body != nullptr) ++(dBodyIsEnabled(body) != 0 ? stats_.entities_in_engine : stats_.entities_asleep);
+    }
+    return stats_;
+  }
+
  private:
   static void Near(void* self, dGeomID a, dGeomID b) { static_cast<RawOde*>(self)->Touch(a, b); }
 
@@ -151,7 +173,9 @@ class RawOde final : public Simulation {
     if (body_a != nullptr && body_b != nullptr && dAreConnectedExcluding(body_a, body_b, dJointTypeContact) != 0)
       return;
     std::array<dContact, kContactsMax> contacts{};
-    const int count = dCollide(a, b, kContactsMax, &contacts[0].geom, sizeof(dContact));
+    const int count = dCollide(a, b, setup_.contacts_max, &contacts[0].geom, sizeof(dContact));
+    stats_.pairs += count > 0 ? 1 : 0;
+    stats_.contacts += static_cast<uint32_t>(count);
     for (int i = 0; i < count; ++i) {
       dSurfaceParameters& surface = contacts[i].surface;
       surface.mode = dContactApprox1;
@@ -222,7 +246,7 @@ class RawOde final : public Simulation {
     joints_.push_back(joint);
   }
 
-  OdeStepper stepper_;
+  OdeSetup setup_;
   double friction_;
   double restitution_;
   dWorldID world_ = nullptr;
@@ -233,12 +257,13 @@ class RawOde final : public Simulation {
   std::vector<dBodyID> bodies_;  // null: static
   std::vector<dJointID> joints_;
   std::vector<Pushed> pushed_;
+  StepStats stats_;  // pairs and contacts since the last Explain() began
 };
 
 }  // namespace
 
-std::unique_ptr<Simulation> SimulateInRawOde(OdeStepper stepper, const Scene& scene) {
-  return std::make_unique<RawOde>(stepper, scene);
+std::unique_ptr<Simulation> SimulateInRawOde(const OdeSetup& setup, const Scene& scene) {
+  return std::make_unique<RawOde>(setup, scene);
 }
 
 }  // namespace genphys::bench

@@ -2,6 +2,7 @@
 #include <cstddef>
 
 #include "genphys/math.h"
+#include "genphys/world.h"
 
 namespace genphys::bench {
 
@@ -32,6 +33,9 @@ class Simulation {
   virtual void SetGravity(const Vector3& gravity) = 0;
   virtual void Remove(size_t body) = 0;
   virtual void Release(size_t joint) = 0;
+
+  /// Takes a step and says who took part in it. The engines alone do not tell where its time went.
+  virtual StepStats Explain(double step_size) = 0;
 };
 
 }  // namespace genphys::bench

@@ -40,10 +40,6 @@ void AdvanceByCalls(client::World& world, uint32_t steps) {
 
 }  // namespace
 
-void Check(const Status& status) {
-  if (!status.ok()) throw std::runtime_error(status.ToString());
-}
-
 client::World MakeWorld(const std::string& address, const Scene& scene) {
   const client::Server server = Must(client::Connect(address));
   client::World world = Must(server.CreateWorld({.world = scene.world}));

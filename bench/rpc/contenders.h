@@ -7,12 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "child_process.h"
 #include "echo.h"
 #include "genphys/client/client.h"
 #include "genphys/registry.h"
 #include "genphys/world.h"
 #include "scenes.h"
+#include "support/child_process.h"
+#include "support/must.h"
 
 // The four ways in which the same step is measured. Each has a world of its own, or none, so that all of them are at
 // the same step when they take the next one. Failures are std::runtime_errors.
@@ -21,15 +22,6 @@ namespace genphys::bench {
 
 /// Durations in microseconds.
 using Times = std::vector<double>;
-
-/// Throws unless `status` is OK.
-void Check(const Status& status);
-
-template <typename T>
-T Must(Result<T> result) {
-  Check(result.status());
-  return *std::move(result);
-}
 
 /// A world of `scene` at the server.
 client::World MakeWorld(const std::string& address, const Scene& scene);

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "child_process.h"
+#include "support/child_process.h"
 
 namespace genphys::v1 {
 class StepRequest;

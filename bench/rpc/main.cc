@@ -10,17 +10,17 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "child_process.h"
 #include "echo.h"
 #include "genphys/builtin_backends.h"
 #include "measure.h"
-#include "quiet.h"
 #include "results.h"
 #include "scenes.h"
+#include "support/child_process.h"
 #include "support/machine.h"
+#include "support/quiet.h"
+#include "support/server_process.h"
 
 namespace genphys::bench {
 namespace {
@@ -74,24 +74,16 @@ std::vector<std::string> EnginesOf(const BackendRegistry& registry, const std::v
   return engines;
 }
 
-std::string AddressOf(ChildProcess& server) {
-  constexpr std::string_view kGreeting = "genphysd listening on ";
-  const std::string line = server.ReadLine();
-  if (!line.starts_with(kGreeting)) throw std::runtime_error("the server says \"" + line + '"');
-  return line.substr(kGreeting.size());
-}
-
 void Run(const CommandLine& line) {
   const BackendRegistry registry = BuiltinBackends();
   const std::vector<std::string> engines = EnginesOf(registry, line.engines);
   Results results{.date = Now(), .load_before = LoadAverage()};
-  ChildProcess server({line.server, "--listen", "127.0.0.1:0", "--exit-with-parent", "--log-level", "warning"});
-  const std::string address = AddressOf(server);
-  ChildProcess python({line.python, line.python_client, address});
+  const ServerProcess server(line.server);
+  ChildProcess python({line.python, line.python_client, server.address()});
   results.python_versions = python.ReadLine();
   Echo bytes_echo(Echo::Kind::kBytes);
   Echo message_echo(Echo::Kind::kMessages);
-  const Parties parties{registry, address, bytes_echo, message_echo, python, server};
+  const Parties parties{registry, server.address(), bytes_echo, message_echo, python, server.process()};
   for (const std::string& engine : engines) {
     for (const Scene& scene : Scenes(engine)) {
       if (IsWanted(line.scenes, scene.name)) results.outcomes.push_back(Measure(parties, scene, line.plan));

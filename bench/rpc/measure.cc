@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "quiet.h"
+#include "support/quiet.h"
 
 namespace genphys::bench {
 namespace {
@@ -25,16 +25,6 @@ constexpr int kWarmUpRounds = 3;
 constexpr double kTurnMicroseconds = 40'000;
 constexpr uint32_t kStepsPerTurnMin = 5;
 constexpr uint32_t kStepsPerTurnMax = 200;
-
-double Quantile(std::vector<double> values, double q) {
-  std::sort(values.begin(), values.end());
-  const double place = q * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<size_t>(place);
-  const size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (place - std::floor(place)) * (values[above] - values[below]);
-}
-
-double Median(const std::vector<double>& values) { return Quantile(values, 0.5); }
 
 struct Round {
   Times in_process;
@@ -182,10 +172,6 @@ Spread SpreadOverRounds(const std::vector<Round>& rounds, Times Round::*times) {
 }
 
 }  // namespace
-
-Spread SpreadOf(const std::vector<double>& values) {
-  return {values.size(), Quantile(values, 0.1), Median(values), Quantile(values, 0.9)};
-}
 
 Outcome Measure(const Parties& parties, const Scene& scene, const Plan& plan) {
   std::fprintf(stderr, "%-8s %-9s %u steps first\n", scene.world.engine.c_str(), scene.name.c_str(),

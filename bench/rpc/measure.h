@@ -3,11 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "child_process.h"
 #include "contenders.h"
 #include "echo.h"
 #include "genphys/registry.h"
 #include "scenes.h"
+#include "support/child_process.h"
+#include "support/spread.h"
 
 namespace genphys::bench {
 
@@ -19,15 +20,7 @@ struct Plan {
   double seconds_per_scene = 60;  // after which it ends with what it has
 };
 
-/// Of many durations in microseconds.
-struct Spread {
-  size_t count = 0;
-  double p10 = 0;
-  double median = 0;
-  double p90 = 0;
-};
-
-/// One scene on one engine.
+/// One scene on one engine. Durations are in microseconds.
 struct Outcome {
   std::string engine;
   std::string scene;
@@ -51,8 +44,6 @@ struct Outcome {
   // The rate of the drive over the rate of the slower of step and echo, in each round.
   Spread drive_to_slower;
 };
-
-Spread SpreadOf(const std::vector<double>& values);
 
 /// What is measured against what.
 struct Parties {

@@ -8,8 +8,8 @@
 
 #include "contenders.h"
 #include "genphys/client/client.h"
-#include "quiet.h"
 #include "scenes.h"
+#include "support/quiet.h"
 
 namespace genphys::bench {
 namespace {

@@ -1,0 +1,163 @@
+// What it costs that a sleeping pile wakes.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <stdexcept>
+#include <variant>
+
+#include "case.h"
+#include "contenders/clock.h"
+#include "contenders/dice.h"
+#include "contenders/pile.h"
+#include "genphys/client/client.h"
+#include "local_world.h"
+#include "support/quiet.h"
+
+namespace genphys::bench {
+namespace {
+
+constexpr PileOptions kPile{.row = 5, .layers = 4};  // of 100 boxes
+// Bar: the step of contact may cost so many times a later one.
+constexpr double kRatioMax = 2;
+// Later steps that it is compared with: as many as come before anybody may sleep again.
+constexpr int kStepsAfter = 20;
+// Steps in which the ball must have come.
+constexpr int kFlightMax = 60;
+
+struct Trial {
+  double before = 0;   // us of processor time, median: all sleep and the ball flies
+  double contact = 0;  // us
+  double next = 0;     // us, of the step after it
+  double after = 0;    // us, median of that and later ones
+  size_t woken = 0;
+  double others = 0;  // processors
+};
+
+// From any side, at the height of the upper layers.
+EntityDesc BallAt(const Vector3& target, Dice& dice) {
+  constexpr double kDistance = 8;  // m, from the middle: outside of the pile
+  constexpr double kSpeed = 20;    // m/s
+  constexpr double kLift = 2;      // m/s: about what it falls by on its way
+  const double angle = std::numbers::pi * dice.Next();
+  const Vector3 way(std::cos(angle), std::sin(angle), 0);
+  return client::Body(
+      Sphere{.radius = 0.3},
+      {.position = target - kDistance * way, .mass = 2, .linear_velocity = kSpeed * way + Vector3(0, 0, kLift)});
+}
+
+Vector3 MiddleOf(const std::vector<EntityDesc>& bodies) {
+  Vector3 sum = Vector3::Zero();
+  for (const EntityDesc& body : bodies) sum += body.pose.position;
+  return sum / static_cast<double>(bodies.size());
+}
+
+class Hit {
+ public:
+  Hit(const Bench& bench, const std::vector<EntityDesc>& pile)
+      : local_(bench.registry, {.engine = bench.engine}, pile), boxes_(pile.size()) {
+    local_.AwaitSleep(boxes_);
+  }
+
+  Trial Take(const EntityDesc& ball) {
+    Trial trial;
+    others_.Begin();
+    ball_ = local_.Add(ball);
+    local_.world().TakeEvents();
+    std::vector<double> before, after;
+    while (local_.asleep() == boxes_) {
+      if (before.size() > kFlightMax) throw std::runtime_error("the ball has missed the pile");
+      before.push_back(TimedStep());
+    }
+    // The last one was the step of contact.
+    trial.contact = before.back();
+    before.pop_back();
+    trial.woken = CheckWoken();
+    for (int i = 0; i < kStepsAfter; ++i) after.push_back(TimedStep());
+    if (local_.asleep() > boxes_ - trial.woken)
+      throw std::runtime_error("the pile sleeps again before it was measured");
+    trial.before = Median(before);
+    trial.next = after.front();
+    trial.after = Median(after);
+    trial.others = others_.End();
+    return trial;
+  }
+
+  StepStats Explain() { return local_.Explain(); }
+
+ private:
+  double TimedStep() {
+    const double begin = ProcessorTime();
+    local_.Step();
+    return 1e6 * (ProcessorTime() - begin);
+  }
+
+  // In the step in which they woke the ball has touched one of them, and whom it touched is awake.
+  size_t CheckWoken() {
+    const World& world = local_.world();
+    bool has_touched = false;
+    for (const Event& event : local_.world().TakeEvents()) {
+      const auto* began = std::get_if<ContactBegan>(&event.kind);
+      if (began == nullptr || (began->pair.a != ball_ && began->pair.b != ball_)) continue;
+      const EntityId other = began->pair.a == ball_ ? began->pair.b : began->pair.a;
+      if (event.step != world.layer_state().step) throw std::runtime_error("the ball touched before anybody woke");
+      if (world.state().asleep[other.index()]) throw std::runtime_error("who was touched sleeps through it");
+      has_touched = true;
+    }
+    if (!has_touched) throw std::runtime_error("the pile woke before the ball touched it");
+    return boxes_ - local_.asleep();
+  }
+
+  LocalWorld local_;
+  size_t boxes_;
+  EntityId ball_;
+  OthersWatch others_{{}};
+};
+
+template <typename Value>
+std::vector<double> Each(const std::vector<Trial>& trials, Value value) {
+  std::vector<double> values;
+  for (const Trial& trial : trials) values.push_back(value(trial));
+  return values;
+}
+
+}  // namespace
+
+Outcome MeasureWoken(const Bench& bench) {
+  const std::vector<EntityDesc> pile = Settled(bench.registry, bench.engine, PileOf(kPile));
+  Dice dice(1);
+  std::vector<Trial> trials;
+  std::optional<StepStats> lanes;
+  for (int i = 0; i < bench.plan.trials; ++i) {
+    Hit hit(bench, pile);
+    trials.push_back(hit.Take(BallAt(MiddleOf(pile), dice)));
+    lanes = hit.Explain();
+  }
+  const Spread woken = SpreadOf(Each(trials, [](const Trial& trial) { return static_cast<double>(trial.woken); }));
+  std::fprintf(stderr, "%s woken: %d trials, %.0f of %zu boxes woke\n", bench.engine.c_str(), bench.plan.trials,
+               woken.median, pile.size());
+  const auto size = static_cast<double>(pile.size());
+  const auto cost = [&](const std::string& name, double Trial::*part) {
+    return Cost{.series = name, .name = name, .size = size, .step = SpreadOf(Each(trials, [part](const Trial& trial) {
+                                                              return trial.*part;
+                                                            }))};
+  };
+  Outcome outcome{
+      .scene = "woken", .engine = bench.engine, .rounds = bench.plan.trials, .rounds_taken = bench.plan.trials};
+  outcome.others = std::ranges::max(Each(trials, [](const Trial& trial) { return trial.others; }));
+  outcome.costs = {cost("asleep, the ball flies", &Trial::before), cost("step of contact", &Trial::contact),
+                   cost("later steps", &Trial::after)};
+  outcome.costs.back().lanes = lanes;
+  outcome.figures = {
+      {.name = "step of contact / later steps",
+       .value = SpreadOf(Each(trials, [](const Trial& trial) { return trial.contact / trial.after; })),
+       .at_most = kRatioMax},
+      {.name = "dearer one of that step and the next / later steps",
+       .value =
+           SpreadOf(Each(trials, [](const Trial& trial) { return std::max(trial.contact, trial.next) / trial.after; })),
+       .at_most = kRatioMax},
+      {.name = "woken in the step of contact", .unit = "boxes", .value = woken, .at_least = 1}};
+  return outcome;
+}
+
+}  // namespace genphys::bench
