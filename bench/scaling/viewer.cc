@@ -15,7 +15,7 @@ void Viewer::Look(const World& world) {
   stamp.set_simulation_time_seconds(world.layer_state().simulation_time);
   const Keyframes::Encoded encoded = keyframes_.Encode(world, request_, stamp, known_);
   known_ = encoded.keyframe_id;
-  bytes_ = encoded.frame.view.size();
+  bytes_ = SizeOf(encoded.frame);
 }
 
 }  // namespace genphys::bench

@@ -140,6 +140,7 @@ Status World::Diverged(std::string_view why) {
 
 void World::Reset() {
   faulted_ = false;
+  ++changes_;
   events_.clear();
   stats_ = {};
   if (initial_ == nullptr) return;

@@ -52,7 +52,10 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   CommandValidator validator(*this);
   GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
   std::vector<CreatedId> created(commands.size());
-  if (!commands.empty()) is_settled_ = false;
+  if (!commands.empty()) {
+    is_settled_ = false;
+    ++changes_;
+  }
   try {
     auto prepared = validator.prepared().begin();
     const auto resolve = [&](EntityRef& entity) {

@@ -43,6 +43,7 @@ Status StepRun::Run() {
     CollectRows();
     // Nothing moves, so nothing can come to touch: nothing is called.
     if (!rows_.empty() || !kinematic_rows_.empty()) {
+      ++world_.changes_;
       try {
         Advance();
       } catch (const EngineFault& fault) {

@@ -377,7 +377,7 @@ std::shared_ptr<v1::Frame> FrameOf(uint32_t rows) {
   v1::FrameRequest request;
   request.set_poses(true);
   auto frame = std::make_shared<v1::Frame>();
-  const FrameEncoder encoder(state, request, v1::WorldStamp());
+  const FrameEncoder encoder(state, request);
   std::string bytes(encoder.size(), '\0');
   encoder.Write(bytes.data());
   frame->ParseFromString(bytes);

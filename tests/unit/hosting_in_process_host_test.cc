@@ -75,10 +75,10 @@ class Bench {
     EXPECT_TRUE(Ask(**host, WorldMethod::kCreateEntity, request).ok());
     return *host;
   }
-  static Result<Bytes> Ask(WorldHost& host, WorldMethod method, const google::protobuf::Message& request) {
-    auto promise = std::make_shared<std::promise<Result<Bytes>>>();
+  static Result<EncodedMessage> Ask(WorldHost& host, WorldMethod method, const google::protobuf::Message& request) {
+    auto promise = std::make_shared<std::promise<Result<EncodedMessage>>>();
     host.Handle({.method = method, .request = EncodeReply(request)},
-                [promise](Result<Bytes> reply) { promise->set_value(std::move(reply)); });
+                [promise](Result<EncodedMessage> reply) { promise->set_value(std::move(reply)); });
     auto future = promise->get_future();
     if (future.wait_for(kPatience) != std::future_status::ready) return absl::DeadlineExceededError("no reply came");
     return future.get();
@@ -91,9 +91,9 @@ class Bench {
   static v1::World::State StateOf(WorldHost& host) {
     v1::GetWorldRequest request;
     request.set_name("worlds/any");
-    const Result<Bytes> reply = Ask(host, WorldMethod::kGetWorld, request);
+    const Result<EncodedMessage> reply = Ask(host, WorldMethod::kGetWorld, request);
     v1::GetWorldResponse response;
-    EXPECT_TRUE(reply.ok() && response.ParseFromArray(reply->view.data(), static_cast<int>(reply->view.size())));
+    EXPECT_TRUE(reply.ok() && response.ParseFromString(Joined(*reply)));
     return response.world().state();
   }
 
@@ -109,7 +109,7 @@ std::thread::id ThreadOfStep(WorldHost& host, bool has_commands) {
   request.set_world("worlds/a");
   auto promise = std::make_shared<std::promise<std::thread::id>>();
   host.Handle({.method = WorldMethod::kStep, .request = EncodeReply(request), .has_commands = has_commands},
-              [promise](const Result<Bytes>&) { promise->set_value(std::this_thread::get_id()); });
+              [promise](const Result<EncodedMessage>&) { promise->set_value(std::this_thread::get_id()); });
   return promise->get_future().get();
 }
 

@@ -38,7 +38,7 @@ class KeyframesOfAWorld : public ::testing::Test {
     stamp.set_step(world_->layer_state().step);
     const Keyframes::Encoded encoded = keyframes_.Encode(*world_, request, stamp, base);
     v1::Frame frame;
-    EXPECT_TRUE(frame.ParseFromArray(encoded.frame.view.data(), static_cast<int>(encoded.frame.view.size())));
+    EXPECT_TRUE(frame.ParseFromString(Joined(encoded.frame)));
     EXPECT_EQ(frame.keyframe_id(), encoded.keyframe_id);
     return frame;
   }

@@ -10,12 +10,12 @@ namespace {
 std::string Reply(const ReplyCache& cache, const std::string& id, uint64_t fingerprint) {
   const auto found = cache.Find(id, fingerprint);
   if (!found) return "nothing";
-  return found->ok() ? std::string((*found)->view) : NameOf(RefusalOf(found->status())->reason).data();
+  return found->ok() ? Joined(**found) : NameOf(RefusalOf(found->status())->reason).data();
 }
 
 TEST(ReplyCache, GivesBackWhatItKeeps) {
   ReplyCache cache;
-  cache.Keep("a", 1, MakeBytes("first"));
+  cache.Keep("a", 1, EncodedMessage{MakeBytes("first")});
 
   EXPECT_EQ(Reply(cache, "a", 1), "first");
   EXPECT_EQ(Reply(cache, "b", 1), "nothing");
@@ -23,7 +23,7 @@ TEST(ReplyCache, GivesBackWhatItKeeps) {
 
 TEST(ReplyCache, RefusesTheIdOfAnotherRequest) {
   ReplyCache cache;
-  cache.Keep("a", 1, MakeBytes("first"));
+  cache.Keep("a", 1, EncodedMessage{MakeBytes("first")});
 
   EXPECT_EQ(Reply(cache, "a", 2), "INVALID_VALUE");
 }
@@ -37,19 +37,19 @@ TEST(ReplyCache, KeepsErrorsToo) {
 
 TEST(ReplyCache, KeepsTheFirstOutcomeOfAnId) {
   ReplyCache cache;
-  cache.Keep("a", 1, MakeBytes("first"));
-  cache.Keep("a", 1, MakeBytes("second"));
+  cache.Keep("a", 1, EncodedMessage{MakeBytes("first")});
+  cache.Keep("a", 1, EncodedMessage{MakeBytes("second")});
 
   EXPECT_EQ(Reply(cache, "a", 1), "first");
 }
 
 TEST(ReplyCache, ForgetsTheOldestBeyondItsNumberOfReplies) {
   ReplyCache cache({.replies = 2, .bytes = 1000});
-  cache.Keep("a", 1, MakeBytes("1"));
-  cache.Keep("b", 2, MakeBytes("2"));
+  cache.Keep("a", 1, EncodedMessage{MakeBytes("1")});
+  cache.Keep("b", 2, EncodedMessage{MakeBytes("2")});
   EXPECT_EQ(Reply(cache, "a", 1), "1");
 
-  cache.Keep("c", 3, MakeBytes("3"));
+  cache.Keep("c", 3, EncodedMessage{MakeBytes("3")});
 
   EXPECT_EQ(Reply(cache, "a", 1), "nothing");
   EXPECT_EQ(Reply(cache, "b", 2), "2");
@@ -58,15 +58,15 @@ TEST(ReplyCache, ForgetsTheOldestBeyondItsNumberOfReplies) {
 
 TEST(ReplyCache, ForgetsTheOldestBeyondItsBytesButNeverTheNewest) {
   ReplyCache cache({.replies = 10, .bytes = 8});
-  cache.Keep("a", 1, MakeBytes("1234"));
-  cache.Keep("b", 2, MakeBytes("1234"));
+  cache.Keep("a", 1, EncodedMessage{MakeBytes("1234")});
+  cache.Keep("b", 2, EncodedMessage{MakeBytes("1234")});
   EXPECT_EQ(Reply(cache, "a", 1), "1234");
 
-  cache.Keep("c", 3, MakeBytes("1"));
+  cache.Keep("c", 3, EncodedMessage{MakeBytes("1")});
   EXPECT_EQ(Reply(cache, "a", 1), "nothing");
   EXPECT_EQ(Reply(cache, "b", 2), "1234");
 
-  cache.Keep("d", 4, MakeBytes("larger than all"));
+  cache.Keep("d", 4, EncodedMessage{MakeBytes("larger than all")});
   EXPECT_EQ(Reply(cache, "c", 3), "nothing");
   EXPECT_EQ(Reply(cache, "d", 4), "larger than all");
 }

@@ -21,7 +21,7 @@ class NamedHost final : public WorldHost {
   void Handle(WorldCall, Reply reply) override {
     v1::GetWorldResponse response;
     response.mutable_world()->set_name(name_);
-    reply(EncodeReply(response));
+    reply(EncodedMessage{EncodeReply(response)});
   }
   std::shared_ptr<Subscription> Watch(WorldMethod, Bytes) override { return nullptr; }
   void Drain(Status why) override { drained_with = why; }
@@ -64,14 +64,14 @@ class Bench {
  private:
   template <typename Call>
   Result<v1::GetWorldResponse> Ask(const Call& call) {
-    auto promise = std::make_shared<std::promise<Result<Bytes>>>();
-    call([promise](Result<Bytes> reply) { promise->set_value(std::move(reply)); });
+    auto promise = std::make_shared<std::promise<Result<EncodedMessage>>>();
+    call([promise](Result<EncodedMessage> reply) { promise->set_value(std::move(reply)); });
     auto future = promise->get_future();
     if (future.wait_for(kPatience) != std::future_status::ready) return absl::DeadlineExceededError("no reply came");
-    const Result<Bytes> reply = future.get();
+    const Result<EncodedMessage> reply = future.get();
     if (!reply.ok()) return reply.status();
     v1::GetWorldResponse response;
-    EXPECT_TRUE(response.ParseFromArray(reply->view.data(), static_cast<int>(reply->view.size())));
+    EXPECT_TRUE(response.ParseFromString(Joined(*reply)));
     return response;
   }
 };
@@ -121,7 +121,7 @@ TEST(WorldDirectory, RefusesEverythingOnceItDrains) {
   EXPECT_EQ(ReasonOf(bench.Create("worlds/b")), Reason::kDraining);
   EXPECT_EQ(ReasonOf(bench.Handle(WorldMethod::kGetWorld, "worlds/a")), Reason::kDraining);
   std::promise<Status> listed, watched;
-  bench.directory.List({}, [&](const Result<Bytes>& reply) { listed.set_value(reply.status()); });
+  bench.directory.List({}, [&](const Result<EncodedMessage>& reply) { listed.set_value(reply.status()); });
   EXPECT_EQ(RefusalOf(listed.get_future().get())->reason, Reason::kDraining);
   const auto stream = bench.directory.Watch(WorldMethod::kWatchEvents, {});
   stream->Next([&](const Delivery& delivery) { watched.set_value(delivery.end); });

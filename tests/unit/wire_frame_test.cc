@@ -56,9 +56,12 @@ v1::FrameRequest Everything() {
 v1::Frame Encoded(const StateArrays& state, const v1::FrameRequest& request) {
   v1::WorldStamp stamp;
   stamp.set_step(42);
-  const FrameEncoder encoder(state, request, stamp);
-  std::string bytes(encoder.size(), '\0');
-  EXPECT_EQ(encoder.Write(bytes.data()), bytes.data() + bytes.size());
+  std::string bytes;
+  AppendStamp(stamp, bytes);
+  const size_t stamp_size = bytes.size();
+  const FrameEncoder encoder(state, request);
+  bytes.resize(stamp_size + encoder.size());
+  EXPECT_EQ(encoder.Write(bytes.data() + stamp_size), bytes.data() + bytes.size());
   v1::Frame frame;
   EXPECT_TRUE(frame.ParseFromString(bytes));
   return frame;

@@ -22,8 +22,13 @@ size_t WidthOf(const Columns& columns) {
 
 }  // namespace
 
-FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                           const World* joints_of, const FrameNames& names, std::vector<uint32_t> delta_rows)
+void AppendStamp(const v1::WorldStamp& stamp, std::string& out) {
+  AppendFieldHeader(v1::Frame::kStampFieldNumber, stamp.ByteSizeLong(), out);
+  stamp.AppendToString(&out);
+}
+
+FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const World* joints_of,
+                           const FrameNames& names, std::vector<uint32_t> delta_rows)
     : state_(state),
       scalar_(request.scalar() == v1::SCALAR_FLOAT32 ? v1::SCALAR_FLOAT32 : v1::SCALAR_FLOAT64),
       rows_(std::move(delta_rows)) {
@@ -34,7 +39,7 @@ FrameEncoder::FrameEncoder(const StateArrays& state, const v1::FrameRequest& req
     rows_ = std::move(whole.rows);
   }
   ChooseColumns(request);
-  MakeHead(stamp, names, joints_of);
+  MakeHead(names, joints_of);
   size_ = head_.size();
   const auto add = [&](int field, size_t bytes) {
     if (bytes > 0) size_ += FieldHeaderSize(field, bytes) + bytes;
@@ -66,7 +71,7 @@ void FrameEncoder::ChooseColumns(const v1::FrameRequest& request) {
   }
 }
 
-void FrameEncoder::MakeHead(const v1::WorldStamp& stamp, const FrameNames& names, const World* joints_of) {
+void FrameEncoder::MakeHead(const FrameNames& names, const World* joints_of) {
   std::vector<EntityId> gathered;
   const EntityId* ids = state_.ids.data();
   if (!rows_.empty()) {
@@ -75,7 +80,6 @@ void FrameEncoder::MakeHead(const v1::WorldStamp& stamp, const FrameNames& names
     ids = gathered.data();
   }
   v1::Frame head;
-  *head.mutable_stamp() = stamp;
   head.set_scalar(scalar_);
   head.set_rows_id(XXH3_64bits(ids, count_ * sizeof(EntityId)));
   if (names.keyframe_id != 0) head.set_keyframe_id(names.keyframe_id);

@@ -64,6 +64,8 @@ class World {
   const LayerState& layer_state() const { return layer_; }
   /// Contact points at the current poses; the next step solves them.
   const ContactBuffer& contacts() const { return contacts_; }
+  /// Grows whenever state() may have become another one; while it stays, only the step and the time go on.
+  uint64_t changes() const { return changes_; }
   bool faulted() const { return faulted_; }
   uint32_t entity_count() const { return entity_count_; }
   uint32_t joint_count() const { return joint_count_; }
@@ -205,7 +207,8 @@ class World {
   std::vector<EntityRow> roused_;  // since the step began
   bool is_stirred_ = false;        // somebody of whom LayerState::lying tells may be active
   bool contacts_stale_ = true;     // something moved, came or changed since the last Collide()
-  bool is_settled_ = false;        // no impact is left of the step before, and no command came since
+  uint64_t changes_ = 0;
+  bool is_settled_ = false;  // no impact is left of the step before, and no command came since
   bool faulted_ = false;
   uint32_t entity_count_ = 0;
   uint32_t joint_count_ = 0;

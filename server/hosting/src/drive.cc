@@ -114,7 +114,7 @@ Drive::Action Drive::DoRequest() {
             .request = *std::move(step),
             .deadline = deadline_,
             .is_cancelled = [self = shared_from_this()] { return self->cancelled_.load(); }},
-           [self = shared_from_this()](const Result<Bytes>& outcome) { self->Answer(outcome); });
+           [self = shared_from_this()](const Result<EncodedMessage>& outcome) { self->Answer(outcome); });
   };
 }
 
@@ -133,7 +133,7 @@ std::optional<Status> Drive::EndNow() const {
   return std::nullopt;
 }
 
-void Drive::Answer(const Result<Bytes>& outcome) {
+void Drive::Answer(const Result<EncodedMessage>& outcome) {
   EncodedMessage reply = EncodeOutcome(kFields, outcome);
   std::unique_lock lock(mutex_);
   at_world_ = false;

@@ -5,19 +5,8 @@
 #include <utility>
 
 #include "frame_subscription.h"
-#include "genphys/wire/encode_frame.h"
 
 namespace genphys {
-namespace {
-
-Keyframes::Encoded Encode(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                          Keyframes& keyframes, uint64_t base) {
-  if (request.deltas()) return keyframes.Encode(world, request, stamp, base);
-  const FrameEncoder frame(world, request, stamp);
-  return {MakeBytes(frame.size(), [&](char* to) { frame.Write(to); }), 0};
-}
-
-}  // namespace
 
 FrameHub::FrameHub(WorkerPool& pool, std::function<void()> call_current)
     : pool_(pool), call_current_(std::move(call_current)) {}
@@ -66,15 +55,16 @@ void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyfra
   stamp.Encode(&encoded_stamp);
   for (const Order& order : orders) {
     for (const auto& [base, takers] : order.takers) {
-      const Keyframes::Encoded frame = Encode(world, order.layout->request, encoded_stamp, keyframes, base);
+      const Keyframes::Encoded frame = keyframes.Encode(world, order.layout->request, encoded_stamp, base);
+      const size_t bytes = SizeOf(frame.frame);
       std::vector<std::function<void()>> deliveries;
       lock.lock();
       for (const auto& viewer : takers) {
         if (auto delivery = viewer->Take(frame)) deliveries.push_back(std::move(delivery));
       }
       lock.unlock();
-      Send(std::move(deliveries), frame.frame.view.size());
-      order.layout->frame_bytes = frame.frame.view.size();
+      Send(std::move(deliveries), bytes);
+      order.layout->frame_bytes = bytes;
     }
   }
 }

@@ -18,12 +18,13 @@ v1::FrameRequest PosesOfAll() {
 
 // WatchFramesResponse{frame}: `frame` is shared by many, the number of skipped frames is each viewer's own and is
 // appended to the frame as the last of its fields.
-EncodedMessage FrameMessage(const Bytes& frame, uint64_t skipped) {
+EncodedMessage FrameMessage(const EncodedMessage& frame, uint64_t skipped) {
   std::string tail;
   if (skipped > 0) AppendVarintField(v1::Frame::kSkippedFramesFieldNumber, skipped, tail);
   std::string head;
-  AppendFieldHeader(v1::WatchFramesResponse::kFrameFieldNumber, frame.view.size() + tail.size(), head);
-  EncodedMessage message{MakeBytes(std::move(head)), frame};
+  AppendFieldHeader(v1::WatchFramesResponse::kFrameFieldNumber, SizeOf(frame) + tail.size(), head);
+  EncodedMessage message{MakeBytes(std::move(head))};
+  message.insert(message.end(), frame.begin(), frame.end());
   if (!tail.empty()) message.push_back(MakeBytes(std::move(tail)));
   return message;
 }

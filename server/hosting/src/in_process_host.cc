@@ -21,16 +21,16 @@ Status WorldIsGone(WorldMethod method) {
 }
 
 template <typename Request, typename Response>
-Result<Bytes> Answer(HostedWorld& hosted, const WorldCall& call,
-                     Result<Response> (HostedWorld::*handle)(const Request&)) {
+Result<EncodedMessage> Answer(HostedWorld& hosted, const WorldCall& call,
+                              Result<Response> (HostedWorld::*handle)(const Request&)) {
   Request request;
   GENPHYS_RETURN_IF_ERROR(DecodeRequest(call.request, &request));
   const Result<Response> response = (hosted.*handle)(request);
   if (!response.ok()) return response.status();
-  return EncodeReply(*response);
+  return EncodedMessage{EncodeReply(*response)};
 }
 
-Result<Bytes> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
+Result<EncodedMessage> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
   switch (call.method) {
     case WorldMethod::kGetWorld:
       return Answer(hosted, call, &HostedWorld::GetWorld);
@@ -149,7 +149,7 @@ void InProcessHost::Drain(Status why) {
   });
 }
 
-void InProcessHost::Finish(Pending& pending, const Result<Bytes>& outcome) {
+void InProcessHost::Finish(Pending& pending, const Result<EncodedMessage>& outcome) {
   // A reply that could not be sent for want of memory comes here again, as an error.
   if (std::exchange(pending.is_counted, false)) {
     waiting_calls_.fetch_sub(1);
@@ -166,7 +166,7 @@ Progress InProcessHost::Serve(Pending& pending) {
       return Progress::kDone;
     }
     if (!pending.step) {
-      if (const std::optional<Result<Bytes>> repeated = FindReply(pending)) {
+      if (const std::optional<Result<EncodedMessage>> repeated = FindReply(pending)) {
         Finish(pending, *repeated);
         return Progress::kDone;
       }
@@ -183,20 +183,20 @@ Progress InProcessHost::Serve(Pending& pending) {
   return Progress::kDone;
 }
 
-std::optional<Result<Bytes>> InProcessHost::FindReply(Pending& pending) {
+std::optional<Result<EncodedMessage>> InProcessHost::FindReply(Pending& pending) {
   const WorldCall& call = pending.call;
   if (call.request_id.empty()) return std::nullopt;
   pending.fingerprint = ReplyCache::Fingerprint(InfoOf(call.method).name, call.request.view);
   return replies_.Find(call.request_id, pending.fingerprint);
 }
 
-void InProcessHost::KeepReply(const Pending& pending, const Result<Bytes>& outcome) {
+void InProcessHost::KeepReply(const Pending& pending, const Result<EncodedMessage>& outcome) {
   if (!pending.call.request_id.empty()) replies_.Keep(pending.call.request_id, pending.fingerprint, outcome);
 }
 
 Progress InProcessHost::ServeShort(Pending& pending) {
   const Status wanted = pending.call.CheckWanted();
-  const Result<Bytes> outcome = wanted.ok() ? AnswerAny(*hosted_, pending.call) : wanted;
+  const Result<EncodedMessage> outcome = wanted.ok() ? AnswerAny(*hosted_, pending.call) : wanted;
   if (outcome.ok()) KeepReply(pending, outcome);
   if (outcome.ok() && pending.call.method == WorldMethod::kPlayWorld) PostPlay(++play_generation_);
   Finish(pending, outcome);
@@ -207,7 +207,7 @@ Progress InProcessHost::ServeStep(Pending& pending) {
   if (!pending.step) pending.step.emplace(*hosted_, pending.call);
   const auto begin = std::chrono::steady_clock::now();
   const uint32_t steps_before = pending.step->steps_done();
-  const std::optional<Result<Bytes>> outcome = pending.step->Advance(begin + kSlice);
+  const std::optional<Result<EncodedMessage>> outcome = pending.step->Advance(begin + kSlice);
   const uint32_t steps = std::max(pending.step->steps_done() - steps_before, 1u);
   is_quick_ = (std::chrono::steady_clock::now() - begin) / steps < kQuick;
   if (!outcome) return Progress::kAgain;
@@ -259,7 +259,7 @@ void InProcessHost::Close(const Reply& reply) {
   hosted_->Stop();
   hosted_->events()->End(absl::OkStatus());
   hosted_->frames()->End(absl::OkStatus());
-  reply(EncodeReply(response));
+  reply(EncodedMessage{EncodeReply(response)});
 }
 
 }  // namespace genphys

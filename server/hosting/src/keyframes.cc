@@ -33,10 +33,16 @@ std::vector<uint8_t> WhoMoves(const Scene& scene) {
   return moves;
 }
 
-Bytes EncodeFrame(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-                  const FrameNames& names, std::vector<uint32_t> rows) {
-  const FrameEncoder frame(world, request, stamp, names, std::move(rows));
-  return MakeBytes(frame.size(), [&](char* to) { frame.Write(to); });
+EncodedMessage Stamped(const v1::WorldStamp& stamp, Bytes body) {
+  std::string head;
+  AppendStamp(stamp, head);
+  return {MakeBytes(std::move(head)), std::move(body)};
+}
+
+EncodedMessage EncodeFrame(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
+                           const FrameNames& names, std::vector<uint32_t> rows) {
+  const FrameEncoder frame(world, request, names, std::move(rows));
+  return Stamped(stamp, MakeBytes(frame.size(), [&](char* to) { frame.Write(to); }));
 }
 
 }  // namespace
@@ -132,6 +138,7 @@ void Keyframes::Forget() {
 
 Keyframes::Encoded Keyframes::Encode(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
                                      uint64_t base) {
+  if (!request.deltas()) return {Stamped(stamp, bodies_.Encode(world, request)), 0};
   v1::FrameRequest wanted = request;
   wanted.clear_keyframe_id();
   const std::string wishes = wanted.SerializeAsString();

@@ -10,7 +10,7 @@ uint64_t ReplyCache::Fingerprint(std::string_view method, std::string_view reque
   return hash(request) * 31 + hash(method);
 }
 
-std::optional<Result<Bytes>> ReplyCache::Find(std::string_view id, uint64_t fingerprint) const {
+std::optional<Result<EncodedMessage>> ReplyCache::Find(std::string_view id, uint64_t fingerprint) const {
   const auto found = entries_.find(std::string(id));
   if (found == entries_.end()) return std::nullopt;
   if (found->second.fingerprint != fingerprint) {
@@ -19,7 +19,7 @@ std::optional<Result<Bytes>> ReplyCache::Find(std::string_view id, uint64_t fing
   return found->second.outcome;
 }
 
-void ReplyCache::Keep(std::string_view id, uint64_t fingerprint, Result<Bytes> outcome) {
+void ReplyCache::Keep(std::string_view id, uint64_t fingerprint, Result<EncodedMessage> outcome) {
   const auto [entry, is_new] = entries_.try_emplace(std::string(id), Entry{fingerprint, std::move(outcome)});
   if (!is_new) return;
   bytes_ += SizeOf(entry->second);
@@ -32,6 +32,6 @@ void ReplyCache::Keep(std::string_view id, uint64_t fingerprint, Result<Bytes> o
   }
 }
 
-size_t ReplyCache::SizeOf(const Entry& entry) { return entry.outcome.ok() ? entry.outcome->view.size() : 0; }
+size_t ReplyCache::SizeOf(const Entry& entry) { return entry.outcome.ok() ? genphys::SizeOf(*entry.outcome) : 0; }
 
 }  // namespace genphys

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "genphys/hosting/world_methods.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
-#include "genphys/wire/encode_frame.h"
 #include "genphys/wire/wire_format.h"
 
 namespace genphys {
 
-std::optional<Result<Bytes>> StepCall::Advance(std::chrono::steady_clock::time_point slice_end) {
+std::optional<Result<EncodedMessage>> StepCall::Advance(std::chrono::steady_clock::time_point slice_end) {
   if (!begun_) {
     begun_ = true;
     if (const Status status = Begin(); !status.ok()) return status;
@@ -74,32 +72,23 @@ void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {
   chunks_.push_back(std::move(chunk));
 }
 
-Bytes StepCall::Finish() {
+EncodedMessage StepCall::Finish() {
   const Stamp stamp = hosted_.stamp();
   stamp.Encode(response_.mutable_stamp());
   if (request_.has_events()) EncodeEvents(response_.mutable_events());
   if (request_.stats() && steps_done_ > 0) EncodeStats(hosted_.world().stats(), response_.mutable_stats());
-  return request_.has_frame() ? WithFrame() : EncodeReply(response_);
+  return request_.has_frame() ? WithFrame() : EncodedMessage{EncodeReply(response_)};
 }
 
-Bytes StepCall::WithFrame() const {
-  const size_t rest = response_.ByteSizeLong();
-  constexpr int kField = v1::StepResponse::kFrameFieldNumber;
-  if (request_.frame().deltas()) {
-    const Keyframes::Encoded encoded = hosted_.keyframes().Encode(hosted_.world(), request_.frame(), response_.stamp(),
-                                                                  request_.frame().keyframe_id());
-    const std::string_view frame = encoded.frame.view;
-    return MakeBytes(rest + FieldHeaderSize(kField, frame.size()) + frame.size(), [&](char* to) {
-      response_.SerializeWithCachedSizesToArray(reinterpret_cast<uint8_t*>(to));
-      std::copy(frame.begin(), frame.end(), WriteFieldHeader(kField, frame.size(), to + rest));
-    });
-  }
-  // The columns go straight to where the reply is sent from.
-  const FrameEncoder frame(hosted_.world(), request_.frame(), response_.stamp());
-  return MakeBytes(rest + FieldHeaderSize(kField, frame.size()) + frame.size(), [&](char* to) {
-    response_.SerializeWithCachedSizesToArray(reinterpret_cast<uint8_t*>(to));
-    frame.Write(WriteFieldHeader(kField, frame.size(), to + rest));
-  });
+EncodedMessage StepCall::WithFrame() const {
+  const v1::FrameRequest& wanted = request_.frame();
+  EncodedMessage reply =
+      hosted_.keyframes().Encode(hosted_.world(), wanted, response_.stamp(), wanted.keyframe_id()).frame;
+  std::string head = response_.SerializeAsString();
+  AppendFieldHeader(v1::StepResponse::kFrameFieldNumber, SizeOf(reply), head);
+  head += reply.front().view;
+  reply.front() = MakeBytes(std::move(head));
+  return reply;
 }
 
 void StepCall::EncodeEvents(v1::EventBatch* batch) {

@@ -21,7 +21,7 @@ class StepCall {
 
   /// Goes on until the call is done or `slice_end` is reached, one step at least. The reply, once there is one. What
   /// was done before an error stays done, and the message of the error says how far that is.
-  std::optional<Result<Bytes>> Advance(std::chrono::steady_clock::time_point slice_end);
+  std::optional<Result<EncodedMessage>> Advance(std::chrono::steady_clock::time_point slice_end);
 
   /// Whether it changed the world.
   bool has_effect() const { return has_effect_; }
@@ -31,8 +31,8 @@ class StepCall {
   Status Begin();
   Status Failed(const Status& status) const;
   void Collect(std::shared_ptr<const EventChunk> chunk);
-  Bytes Finish();
-  Bytes WithFrame() const;
+  EncodedMessage Finish();
+  EncodedMessage WithFrame() const;
   void EncodeEvents(v1::EventBatch* batch);
 
   HostedWorld& hosted_;

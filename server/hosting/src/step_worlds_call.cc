@@ -12,7 +12,7 @@ namespace {
 constexpr ReplyFields kFields{v1::StepWorldsResult::kResponseFieldNumber, v1::StepWorldsResult::kRefusalFieldNumber};
 
 // A field of StepWorldsResponse.
-EncodedMessage EncodeResult(size_t index, const Result<Bytes>& outcome) {
+EncodedMessage EncodeResult(size_t index, const Result<EncodedMessage>& outcome) {
   EncodedMessage pieces = EncodeOutcome(kFields, outcome);
   std::string number;
   AppendVarintField(v1::StepWorldsResult::kIndexFieldNumber, index, number);
@@ -41,13 +41,13 @@ void StepWorldsCall::BeginMore() {
                    .may_run_here = false};
     lock.unlock();
     serve_(std::move(call),
-           [self = shared_from_this(), index](const Result<Bytes>& outcome) { self->Finish(index, outcome); });
+           [self = shared_from_this(), index](const Result<EncodedMessage>& outcome) { self->Finish(index, outcome); });
     lock.lock();
   }
   beginning_ = false;
 }
 
-void StepWorldsCall::Finish(size_t index, const Result<Bytes>& outcome) {
+void StepWorldsCall::Finish(size_t index, const Result<EncodedMessage>& outcome) {
   EncodedMessage result = EncodeResult(index, outcome);
   std::unique_lock lock(mutex_);
   --with_worlds_;

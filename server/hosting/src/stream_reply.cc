@@ -8,7 +8,7 @@
 
 namespace genphys {
 
-EncodedMessage EncodeOutcome(const ReplyFields& fields, const Result<Bytes>& outcome) {
+EncodedMessage EncodeOutcome(const ReplyFields& fields, const Result<EncodedMessage>& outcome) {
   std::string head;
   if (!outcome.ok()) {
     v1::Refusal refusal;
@@ -16,14 +16,10 @@ EncodedMessage EncodeOutcome(const ReplyFields& fields, const Result<Bytes>& out
     AppendField(fields.refusal, refusal.SerializeAsString(), head);
     return {MakeBytes(std::move(head))};
   }
-  AppendFieldHeader(fields.response, outcome->view.size(), head);
-  return {MakeBytes(std::move(head)), *outcome};
-}
-
-size_t SizeOf(const EncodedMessage& message) {
-  size_t size = 0;
-  for (const Bytes& piece : message) size += piece.view.size();
-  return size;
+  AppendFieldHeader(fields.response, SizeOf(*outcome), head);
+  EncodedMessage message{MakeBytes(std::move(head))};
+  message.insert(message.end(), outcome->begin(), outcome->end());
+  return message;
 }
 
 }  // namespace genphys

@@ -89,7 +89,7 @@ struct WorldDirectory::Page {
       *response.add_stamps() = world->stamp();
     }
     response.set_next_page_token(next_page_token);
-    reply(EncodeReply(response));
+    reply(EncodedMessage{EncodeReply(response)});
   }
 };
 
@@ -139,7 +139,8 @@ void WorldDirectory::MakeWorld(const std::shared_ptr<Creation>& creation) {
   v1::GetWorldRequest get_request;
   get_request.set_name(creation->key.name);
   get.request = EncodeReply(get_request);
-  (*host)->Handle(std::move(get), [this, creation](const Result<Bytes>& world) { FinishCreation(creation, world); });
+  (*host)->Handle(std::move(get),
+                  [this, creation](const Result<EncodedMessage>& world) { FinishCreation(creation, world); });
 }
 
 bool WorldDirectory::Repeats(const std::shared_ptr<Creation>& creation) {
@@ -147,7 +148,7 @@ bool WorldDirectory::Repeats(const std::shared_ptr<Creation>& creation) {
   if (id.empty()) return false;
   creation->fingerprint = ReplyCache::Fingerprint(kCreateWorld, creation->encoded.view);
   std::unique_lock lock(mutex_);
-  std::optional<Result<Bytes>> outcome = created_.Find(id, creation->fingerprint);
+  std::optional<Result<EncodedMessage>> outcome = created_.Find(id, creation->fingerprint);
   if (!outcome) {
     const auto [other, is_first] = being_created_.try_emplace(id, creation);
     if (is_first) return false;
@@ -182,7 +183,7 @@ void WorldDirectory::Unreserve(const WorldKey& key) {
   if (reserved != worlds_.end() && reserved->second == nullptr) worlds_.erase(reserved);
 }
 
-void WorldDirectory::FinishCreation(const std::shared_ptr<Creation>& creation, const Result<Bytes>& outcome) {
+void WorldDirectory::FinishCreation(const std::shared_ptr<Creation>& creation, const Result<EncodedMessage>& outcome) {
   std::vector<Reply> waiting;
   {
     const std::lock_guard lock(mutex_);
@@ -236,9 +237,9 @@ void WorldDirectory::ListPage(const Bytes& encoded, const Reply& reply) {
     v1::GetWorldRequest get_request;
     get_request.set_name(found[i].first);
     get.request = EncodeReply(get_request);
-    found[i].second->Handle(std::move(get), [page, i](const Result<Bytes>& world) {
+    found[i].second->Handle(std::move(get), [page, i](const Result<EncodedMessage>& world) {
       v1::GetWorldResponse response;
-      const bool good = world.ok() && response.ParseFromArray(world->view.data(), static_cast<int>(world->view.size()));
+      const bool good = world.ok() && response.ParseFromString(Joined(*world));
       bool is_last;
       {
         const std::lock_guard lock(page->mutex);

@@ -15,7 +15,7 @@ std::chrono::steady_clock::time_point DeadlineOf(const grpc::CallbackServerConte
 
 Reply Replier(OpenCalls& calls, grpc::ServerUnaryReactor* reactor, grpc::ByteBuffer* response) {
   calls.Begin();
-  return [&calls, reactor, response](const Result<Bytes>& reply) {
+  return [&calls, reactor, response](const Result<EncodedMessage>& reply) {
     if (reply.ok()) *response = ToByteBuffer(*reply);
     reactor->Finish(ToGrpcStatus(reply.status()));
     calls.End();

@@ -18,21 +18,23 @@ struct FrameNames {
   std::optional<uint64_t> keyframe_step;  // set: it is a delta
 };
 
+/// Appends the field of a v1::Frame that says when it is true.
+void AppendStamp(const v1::WorldStamp& stamp, std::string& out);
+
 /// The living entities that a request names, or all, as columns in ascending order of id: an encoded v1::Frame that is
-/// written where it is wanted, in one pass over the rows. `state` and `request` stay as they are until it is written.
+/// written where it is wanted, in one pass over the rows. It has no stamp, so that it stays true while nothing moves: a
+/// field before it has that (AppendStamp). `state` and `request` stay as they are until it is written.
 class FrameEncoder {
  public:
   /// Without joints.
-  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
-      : FrameEncoder(state, request, stamp, nullptr, {}, {}) {}
+  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request)
+      : FrameEncoder(state, request, nullptr, {}, {}) {}
   /// With the joints of the world, if they are asked for.
-  FrameEncoder(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp)
-      : FrameEncoder(world, request, stamp, {}, {}) {}
+  FrameEncoder(const World& world, const v1::FrameRequest& request) : FrameEncoder(world, request, {}, {}) {}
   /// The same as a keyframe; or, against one, no more than `delta_rows` of the state, in ascending order of their ids.
-  FrameEncoder(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-               const FrameNames& names, std::vector<uint32_t> delta_rows)
-      : FrameEncoder(world.state(), request, stamp, request.joints() ? &world : nullptr, names, std::move(delta_rows)) {
-  }
+  FrameEncoder(const World& world, const v1::FrameRequest& request, const FrameNames& names,
+               std::vector<uint32_t> delta_rows)
+      : FrameEncoder(world.state(), request, request.joints() ? &world : nullptr, names, std::move(delta_rows)) {}
 
   /// Bytes of the message.
   size_t size() const { return size_; }
@@ -40,8 +42,8 @@ class FrameEncoder {
   char* Write(char* to) const;
 
  private:
-  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const v1::WorldStamp& stamp,
-               const World* joints_of, const FrameNames& names, std::vector<uint32_t> delta_rows);
+  FrameEncoder(const StateArrays& state, const v1::FrameRequest& request, const World* joints_of,
+               const FrameNames& names, std::vector<uint32_t> delta_rows);
 
   // A column of the message: `width` scalars per row, of one or two columns of the model side by side.
   struct Column {
@@ -53,7 +55,7 @@ class FrameEncoder {
   };
 
   void ChooseColumns(const v1::FrameRequest& request);
-  void MakeHead(const v1::WorldStamp& stamp, const FrameNames& names, const World* joints_of);
+  void MakeHead(const FrameNames& names, const World* joints_of);
   size_t row(size_t i) const { return rows_.empty() ? i : rows_[i]; }
   size_t ColumnBytes(const Column& column) const;
   void WriteIds(char* to) const;

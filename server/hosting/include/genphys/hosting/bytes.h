@@ -30,4 +30,19 @@ Bytes MakeBytes(size_t size, Write write) {
 /// One encoded message in pieces that follow each other, so that what many receive is encoded once.
 using EncodedMessage = std::vector<Bytes>;
 
+/// Bytes of all its pieces.
+inline size_t SizeOf(const EncodedMessage& message) {
+  size_t size = 0;
+  for (const Bytes& piece : message) size += piece.view.size();
+  return size;
+}
+
+/// All its pieces in one.
+inline std::string Joined(const EncodedMessage& message) {
+  std::string whole;
+  whole.reserve(SizeOf(message));
+  for (const Bytes& piece : message) whole += piece.view;
+  return whole;
+}
+
 }  // namespace genphys

@@ -52,7 +52,7 @@ class Drive final : public Subscription, public std::enable_shared_from_this<Dri
   std::optional<Status> EndNow() const;
   bool CanDoRequest() const;
 
-  void Answer(const Result<Bytes>& outcome);
+  void Answer(const Result<EncodedMessage>& outcome);
 
   const std::chrono::steady_clock::time_point deadline_;
   WorkerPool& pool_;

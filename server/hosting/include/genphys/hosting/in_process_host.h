@@ -45,14 +45,14 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
 
   struct Pending;
 
-  void Finish(Pending& pending, const Result<Bytes>& outcome);
+  void Finish(Pending& pending, const Result<EncodedMessage>& outcome);
 
   // On the strand.
   Progress Serve(Pending& pending);
   Progress ServeShort(Pending& pending);
   Progress ServeStep(Pending& pending);
-  std::optional<Result<Bytes>> FindReply(Pending& pending);
-  void KeepReply(const Pending& pending, const Result<Bytes>& outcome);
+  std::optional<Result<EncodedMessage>> FindReply(Pending& pending);
+  void KeepReply(const Pending& pending, const Result<EncodedMessage>& outcome);
   Status Broken(const Status& why);
   void PostPlay(uint64_t generation);
   void Play(uint64_t generation);

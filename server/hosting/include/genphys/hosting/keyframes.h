@@ -8,6 +8,7 @@
 
 #include "genphys/command.h"
 #include "genphys/hosting/bytes.h"
+#include "genphys/hosting/frame_bodies.h"
 #include "genphys/hosting/stamp.h"
 #include "genphys/v1/frame.pb.h"
 #include "genphys/wire/keyframe.h"
@@ -15,8 +16,9 @@
 
 namespace genphys {
 
-/// The whole frames of one world that later ones are told against, to viewers and to those who step it. As long as
-/// nobody wants deltas there are none, and the world goes on unobserved. Used by one thread at a time.
+/// The frames of one world, for viewers and for those who step it, and the whole ones that later ones are told against.
+/// As long as nobody wants deltas there are none of these, and the world goes on unobserved. Used by one thread at a
+/// time.
 class Keyframes {
  public:
   /// Beyond either the one that was not used for longest is forgotten, but never the newest.
@@ -32,13 +34,17 @@ class Keyframes {
   /// The world applied `commands`.
   void FollowCommands(const World& world, std::span<const Command> commands);
   /// The world is another one now.
-  void Clear() { kept_.clear(); }
+  void Clear() {
+    kept_.clear();
+    bodies_.Clear();
+  }
 
   struct Encoded {
-    Bytes frame;
-    uint64_t keyframe_id = 0;  // that it is, or is against
+    EncodedMessage frame;
+    uint64_t keyframe_id = 0;  // that it is, or is against; zero: none
   };
-  /// The frame of the present that `request` asks for, against the keyframe `base` if that will do.
+  /// The frame of the present that `request` asks for; if that may be a delta, against the keyframe `base` where that
+  /// will do.
   Encoded Encode(const World& world, const v1::FrameRequest& request, const v1::WorldStamp& stamp, uint64_t base);
 
  private:
@@ -57,6 +63,7 @@ class Keyframes {
   Kept* Find(uint64_t id, const std::string& wishes, const World& world, const v1::FrameRequest& request);
   Kept& MakeWhole(const World& world, const v1::FrameRequest& request, const std::string& wishes, uint64_t step);
 
+  FrameBodies bodies_;    // of those that are no keyframes
   std::list<Kept> kept_;  // newest first
   uint64_t changes_ = 0;
   RowSet touched_;              // rows of the present change

@@ -33,13 +33,13 @@ class ReplyCache {
   static uint64_t Fingerprint(std::string_view method, std::string_view request);
 
   /// The outcome kept for `id`, INVALID_VALUE if that was of another request, or nothing.
-  std::optional<Result<Bytes>> Find(std::string_view id, uint64_t fingerprint) const;
-  void Keep(std::string_view id, uint64_t fingerprint, Result<Bytes> outcome);
+  std::optional<Result<EncodedMessage>> Find(std::string_view id, uint64_t fingerprint) const;
+  void Keep(std::string_view id, uint64_t fingerprint, Result<EncodedMessage> outcome);
 
  private:
   struct Entry {
     uint64_t fingerprint;
-    Result<Bytes> outcome;
+    Result<EncodedMessage> outcome;
   };
   static size_t SizeOf(const Entry& entry);
 

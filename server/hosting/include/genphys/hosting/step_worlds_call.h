@@ -36,7 +36,7 @@ class StepWorldsCall final : public Subscription, public std::enable_shared_from
 
  private:
   void BeginMore();
-  void Finish(size_t index, const Result<Bytes>& outcome);
+  void Finish(size_t index, const Result<EncodedMessage>& outcome);
   void Deliver(std::unique_lock<std::mutex>& lock);
   EncodedMessage TakeMessage();
 

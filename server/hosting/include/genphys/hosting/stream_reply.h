@@ -16,9 +16,6 @@ struct ReplyFields {
 };
 
 /// The fields of that message for `outcome`; a reply is shared, not copied.
-EncodedMessage EncodeOutcome(const ReplyFields& fields, const Result<Bytes>& outcome);
-
-/// Bytes of all its pieces.
-size_t SizeOf(const EncodedMessage& message);
+EncodedMessage EncodeOutcome(const ReplyFields& fields, const Result<EncodedMessage>& outcome);
 
 }  // namespace genphys

@@ -68,7 +68,7 @@ class WorldDirectory {
   bool Repeats(const std::shared_ptr<Creation>& creation);
   Status Reserve(Creation& creation);
   void Unreserve(const WorldKey& key);
-  void FinishCreation(const std::shared_ptr<Creation>& creation, const Result<Bytes>& outcome);
+  void FinishCreation(const std::shared_ptr<Creation>& creation, const Result<EncodedMessage>& outcome);
   Status Unknown(const WorldCall& call) const;
   void ListPage(const Bytes& request, const Reply& reply);
 

@@ -54,7 +54,7 @@ struct WorldCall {
 };
 
 /// Called once with the encoded reply or why there is none, on any thread.
-using Reply = std::function<void(Result<Bytes>)>;
+using Reply = std::function<void(Result<EncodedMessage>)>;
 
 /// One world as the front sees it, wherever it lives: encoded requests in, encoded replies and streams out. Decoding,
 /// validation and encoding happen on the world's side. Thread-safe; no call takes long.
