@@ -13,6 +13,7 @@
 #include "genphys/v1/engine_service.grpc.pb.h"
 #include "genphys/v1/simulation_service.grpc.pb.h"
 #include "genphys/v1/world_service.grpc.pb.h"
+#include "step_replies.h"
 
 namespace genphys::client {
 
@@ -51,15 +52,13 @@ class Connection {
   template <typename Stub, typename Request, typename Response>
   Status Call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
               const Request& request, Response* response, Deadline deadline = std::nullopt) {
-    const auto until = std::chrono::system_clock::now() + deadline.value_or(deadline_);
-    Retry retry(until);
-    while (true) {
-      grpc::ClientContext context;
-      context.set_deadline(until);
-      const grpc::Status status = (stub.*method)(&context, request, response);
-      if (!retry.Again(status)) return FromGrpc(status);
-    }
+    return CallAgain(deadline,
+                     [&](grpc::ClientContext* context) { return (stub.*method)(context, request, response); });
   }
+
+  /// Step in the same way. The answer's memory is used again when the last who holds it lets go.
+  Result<std::shared_ptr<const v1::StepResponse>> Step(const v1::StepRequest& request,
+                                                       Deadline deadline = std::nullopt);
 
   /// The same for calls that must not be made twice.
   template <typename Stub, typename Request, typename Response>
@@ -74,12 +73,26 @@ class Connection {
   std::string NextRequestId();
 
  private:
+  template <typename Attempt>
+  Status CallAgain(Deadline deadline, const Attempt& attempt) {
+    const auto until = std::chrono::system_clock::now() + deadline.value_or(deadline_);
+    Retry retry(until);
+    while (true) {
+      grpc::ClientContext context;
+      context.set_deadline(until);
+      const grpc::Status status = attempt(&context);
+      if (!retry.Again(status)) return FromGrpc(status);
+    }
+  }
+
   std::string address_;
   std::chrono::milliseconds deadline_;
   std::shared_ptr<grpc::Channel> channel_;
   v1::EngineService::Stub engines_;
   v1::WorldService::Stub worlds_;
   v1::SimulationService::Stub simulation_;
+  StepStub step_;
+  std::shared_ptr<StepReplies> step_replies_ = std::make_shared<StepReplies>();
   std::string request_prefix_;
   std::atomic<uint64_t> requests_{0};
 };

@@ -225,7 +225,7 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   v1::StepRequest request;
   request.set_steps(0);
   for (const Command& command : commands) EncodeCommand(command, request.add_commands());
-  Result<std::shared_ptr<v1::StepResponse>> response = CallStep(std::move(request));
+  Result<std::shared_ptr<const v1::StepResponse>> response = CallStep(std::move(request));
   if (!response.ok()) return response.status();
   std::vector<CreatedId> created;
   for (const v1::CommandResult& result : (*response)->results()) {
@@ -234,14 +234,11 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   return created;
 }
 
-Result<std::shared_ptr<v1::StepResponse>> World::CallStep(v1::StepRequest request,
-                                                          std::optional<std::chrono::milliseconds> deadline) const {
+Result<std::shared_ptr<const v1::StepResponse>> World::CallStep(
+    v1::StepRequest request, std::optional<std::chrono::milliseconds> deadline) const {
   request.set_world(name_);
   request.set_request_id(connection_->NextRequestId());
-  auto response = std::make_shared<v1::StepResponse>();
-  GENPHYS_RETURN_IF_ERROR(
-      connection_->Call(connection_->simulation(), &Simulation::Step, request, response.get(), deadline));
-  return response;
+  return connection_->Step(request, deadline);
 }
 
 Result<StepResult> World::Step(uint32_t steps, const StepOptions& options) {
@@ -250,7 +247,7 @@ Result<StepResult> World::Step(uint32_t steps, const StepOptions& options) {
   const bool deltas = options.frame && options.frame->deltas;
   const FramePtr keyframe = deltas ? keyframes_->Find(request.mutable_frame()) : nullptr;
   const v1::FrameRequest wishes = deltas ? request.frame() : v1::FrameRequest();
-  Result<std::shared_ptr<v1::StepResponse>> response = CallStep(std::move(request), options.deadline);
+  Result<std::shared_ptr<const v1::StepResponse>> response = CallStep(std::move(request), options.deadline);
   if (!response.ok()) return response.status();
   if (deltas) keyframes_->Keep(wishes, FramePtr(*response, &(*response)->frame()));
   return DecodeStep(*std::move(response), keyframe);

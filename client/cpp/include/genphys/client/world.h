@@ -166,7 +166,7 @@ class World {
   friend class Server;
   World(std::shared_ptr<Connection> connection, std::string name, bool owned);
 
-  Result<std::shared_ptr<v1::StepResponse>> CallStep(
+  Result<std::shared_ptr<const v1::StepResponse>> CallStep(
       v1::StepRequest request, std::optional<std::chrono::milliseconds> deadline = std::nullopt) const;
   Status ApplyOne(Command command);
 
