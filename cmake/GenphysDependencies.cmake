@@ -13,6 +13,10 @@ find_package(spdlog CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(qhull REQUIRED IMPORTED_TARGET qhull_r)
+if(NOT GENPHYS_SANITIZER)
+  # Sanitizers bring an allocator of their own.
+  pkg_check_modules(tcmalloc REQUIRED IMPORTED_TARGET libtcmalloc_minimal)
+endif()
 
 # Users of a clone and the tests run Debian's interpreter, for it is the one that Debian's grpc module is installed for.
 set(GENPHYS_PYTHON "/usr/bin/python3" CACHE FILEPATH "The Python interpreter that runs checks and Python tests.")

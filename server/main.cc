@@ -1,6 +1,5 @@
 // genphysd: reads the command line, runs the server, and stops it when it is told to.
 #include <grpc/support/log.h>
-#include <malloc.h>
 #include <poll.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -85,15 +84,6 @@ void LogToStandardError(const std::string& level) {
   });
 }
 
-// Whether the memory of the last reply goes back to the system, to be faulted in page by page for the next one, depends
-// on what else happens to lie above it, and costs as much as a call: what replies of usual sizes need is kept.
-void KeepMemory() {
-  constexpr int kTrimBytes = 16 << 20;
-  constexpr int kMapBytes = 4 << 20;
-  mallopt(M_TRIM_THRESHOLD, kTrimBytes);
-  mallopt(M_MMAP_THRESHOLD, kMapBytes);
-}
-
 // Signals are waited for, in every thread, so they are blocked before there is more than one.
 int BlockSignals() {
   sigset_t signals;
@@ -152,7 +142,6 @@ int Run(const CommandLine& line) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  KeepMemory();
   CommandLine line;
   CLI::App app(kDescription, "genphysd");
   Declare(app, line);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -190,16 +191,22 @@ std::optional<Result<EncodedMessage>> InProcessHost::FindReply(Pending& pending)
   return replies_.Find(call.request_id, pending.fingerprint);
 }
 
-void InProcessHost::KeepReply(const Pending& pending, const Result<EncodedMessage>& outcome) {
-  if (!pending.call.request_id.empty()) replies_.Keep(pending.call.request_id, pending.fingerprint, outcome);
+// The caller does not wait for its reply to be kept: a retry comes to this strand too, and so after that.
+void InProcessHost::FinishAndKeep(Pending& pending, const Result<EncodedMessage>& outcome, bool keep) {
+  Finish(pending, outcome);
+  if (!keep || pending.call.request_id.empty()) return;
+  try {
+    replies_.Keep(pending.call.request_id, pending.fingerprint, outcome);
+  } catch (const std::bad_alloc&) {
+    // It was answered, which is not to be taken back; as after many other requests, a retry is done again.
+  }
 }
 
 Progress InProcessHost::ServeShort(Pending& pending) {
   const Status wanted = pending.call.CheckWanted();
   const Result<EncodedMessage> outcome = wanted.ok() ? AnswerAny(*hosted_, pending.call) : wanted;
-  if (outcome.ok()) KeepReply(pending, outcome);
   if (outcome.ok() && pending.call.method == WorldMethod::kPlayWorld) PostPlay(++play_generation_);
-  Finish(pending, outcome);
+  FinishAndKeep(pending, outcome, outcome.ok());
   return Progress::kDone;
 }
 
@@ -212,8 +219,7 @@ Progress InProcessHost::ServeStep(Pending& pending) {
   is_quick_ = (std::chrono::steady_clock::now() - begin) / steps < kQuick;
   if (!outcome) return Progress::kAgain;
   // A call that stopped half way must not be done again by a retry either.
-  if (outcome->ok() || pending.step->has_effect()) KeepReply(pending, *outcome);
-  Finish(pending, *outcome);
+  FinishAndKeep(pending, *outcome, outcome->ok() || pending.step->has_effect());
   return Progress::kDone;
 }
 

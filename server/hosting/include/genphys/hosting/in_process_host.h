@@ -52,7 +52,7 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
   Progress ServeShort(Pending& pending);
   Progress ServeStep(Pending& pending);
   std::optional<Result<EncodedMessage>> FindReply(Pending& pending);
-  void KeepReply(const Pending& pending, const Result<EncodedMessage>& outcome);
+  void FinishAndKeep(Pending& pending, const Result<EncodedMessage>& outcome, bool keep);
   Status Broken(const Status& why);
   void PostPlay(uint64_t generation);
   void Play(uint64_t generation);

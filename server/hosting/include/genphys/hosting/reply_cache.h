@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 
 #include "genphys/hosting/bytes.h"
 #include "genphys/status.h"
@@ -38,15 +37,18 @@ class ReplyCache {
 
  private:
   struct Entry {
+    uint64_t hash;  // of the id
+    std::string id;
     uint64_t fingerprint;
     Result<EncodedMessage> outcome;
   };
   static size_t SizeOf(const Entry& entry);
+  const Entry* EntryOf(std::string_view id, uint64_t hash) const;
 
   Bounds bounds_;
   size_t bytes_ = 0;
-  std::unordered_map<std::string, Entry> entries_;
-  std::deque<std::string> oldest_first_;
+  // Oldest first. They are few, and most calls only add one, so that they are looked through and in no table.
+  std::deque<Entry> entries_;
 };
 
 }  // namespace genphys
