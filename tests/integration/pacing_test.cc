@@ -105,6 +105,78 @@ TEST(PlayWorld, ShowsItsFramesToViewers) {
   reader->Finish();
 }
 
+// A world in which nothing moves is left alone for seconds. Nobody may notice.
+class WorldAtRest : public ::testing::Test {
+ protected:
+  static constexpr double kFactor = 10;
+  // Much less than it is left alone.
+  static constexpr std::chrono::seconds kSoon{5};
+
+  WorldAtRest() {
+    Play(server_, world_, kFactor);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  }
+
+  TestServer server_;
+  const std::string world_ = server_.CreateWorld().world().name();
+};
+
+TEST_F(WorldAtRest, IsAtItsTimeWhenSomebodyLooks) {
+  const double before = Get(server_, world_).stamp().simulation_time_seconds();
+  const auto begin = steady_clock::now();
+  std::this_thread::sleep_for(std::chrono::milliseconds(800));
+  const std::chrono::duration<double> elapsed = steady_clock::now() - begin;
+
+  const double gone = Get(server_, world_).stamp().simulation_time_seconds() - before;
+
+  // A machine that stalled before the rest began may have left a quarter of a second behind.
+  EXPECT_GE(gone, kFactor * (elapsed.count() - 0.25) - 1.0 / 60);
+}
+
+TEST_F(WorldAtRest, GoesOnAtOnceWithWhatIsPutIntoIt) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  v1::WatchEventsRequest request;
+  request.set_world(world_);
+  const auto reader = server_.simulation().WatchEvents(&context, request);
+  const auto begin = steady_clock::now();
+  server_.AddBall(world_, 4);
+
+  bool has_landed = false;
+  v1::WatchEventsResponse response;
+  while (!has_landed && reader->Read(&response)) {
+    for (const v1::Event& event : response.batch().events()) has_landed |= event.has_contact_began();
+  }
+
+  EXPECT_TRUE(has_landed);
+  EXPECT_LT(steady_clock::now() - begin, kSoon);
+  context.TryCancel();
+  reader->Finish();
+}
+
+TEST_F(WorldAtRest, ShowsEveryFrameToAViewerWhoComes) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  v1::WatchFramesRequest request;
+  request.set_world(world_);
+  const auto begin = steady_clock::now();
+  const auto reader = server_.simulation().WatchFrames(&context, request);
+
+  v1::WatchFramesResponse response;
+  for (int frame = 0; frame < 5; ++frame) ASSERT_TRUE(reader->Read(&response));
+
+  EXPECT_LT(steady_clock::now() - begin, kSoon);
+  context.TryCancel();
+  reader->Finish();
+}
+
+TEST_F(WorldAtRest, IsPausedAtItsTime) {
+  const double before = Get(server_, world_).stamp().simulation_time_seconds();
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+
+  EXPECT_GE(Pause(server_, world_).stamp().simulation_time_seconds() - before, kFactor * 0.35 - 1.0 / 60);
+}
+
 TEST(ResetWorld, PausesAWorldThatPlays) {
   TestServer server;
   const std::string world = server.CreateWorld().world().name();

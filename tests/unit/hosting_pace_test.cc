@@ -24,6 +24,12 @@ TEST(Pace, SpreadsStepsOverWallClockTimeByTheFactor) {
   ExpectAt(Pace(0.5, 5, kStart).Due(5 + kStepSize), kStart + milliseconds(20));
 }
 
+TEST(Pace, LeavesAWorldAtRestAloneForSecondsOrSomeThousandSteps) {
+  EXPECT_EQ(Pace(1, 0, kStart).RestFor(kStepSize), std::chrono::seconds(10));
+  EXPECT_EQ(Pace(1e-300, 0, kStart).RestFor(kStepSize), std::chrono::seconds(10));
+  EXPECT_EQ(Pace(1000, 0, kStart).RestFor(kStepSize), milliseconds(100));
+}
+
 TEST(Pace, OfZeroIsAlwaysDue) { EXPECT_LT(Pace(0, 5, kStart).Due(1e6), kStart); }
 
 TEST(Pace, OfAlmostZeroIsDueInAYearAtMost) {

@@ -289,6 +289,7 @@ Result<v1::PlayWorldResponse> HostedWorld::PlayWorld(const v1::PlayWorldRequest&
   GENPHYS_RETURN_IF_ERROR(CheckUsable());
   const double factor = request.has_real_time_factor() ? request.real_time_factor() : 1;
   pace_.emplace(factor, world_->layer_state().simulation_time, Pace::Clock::now());
+  rests_at_.reset();
   v1::PlayWorldResponse response;
   stamp().Encode(response.mutable_stamp());
   return response;
@@ -311,15 +312,39 @@ void HostedWorld::Break(const Status& why) {
   spdlog::error("{} is faulted: {}", name_, MessageOf(why));
 }
 
+void HostedWorld::CatchUp() {
+  if (!rests_at_ || !pace_ || faulted()) return;
+  const double step_size = world_->scene().world.stepper.step_size;
+  const Pace::Clock::time_point now = Pace::Clock::now();
+  const uint64_t step = world_->layer_state().step;
+  while (pace_->Due(world_->layer_state().simulation_time + step_size) <= now && Step(std::nullopt).ok()) {
+  }
+  if (world_->layer_state().step != step) Publish();
+}
+
+bool HostedWorld::EndRest() {
+  if (!rests_at_ || (pace_ && *rests_at_ == world_->changes() && !frames_->HasViewers())) return false;
+  rests_at_.reset();
+  return pace_.has_value();
+}
+
 std::optional<Pace::Clock::time_point> HostedWorld::Play(Pace::Clock::time_point slice_end) {
+  CatchUp();
+  rests_at_.reset();
+  bool is_quiet = false;
   while (pace_ && !faulted()) {
     const double step_size = world_->scene().world.stepper.step_size;
     const Pace::Clock::time_point now = Pace::Clock::now();
     const Pace::Clock::time_point due = pace_->Due(world_->layer_state().simulation_time + step_size);
-    if (due > now) return due;
+    if (due > now) {
+      if (!is_quiet || frames_->HasViewers()) return due;
+      rests_at_ = world_->changes();
+      return due + pace_->RestFor(step_size);
+    }
     pace_->Begin(due, step_size, now);
+    const uint64_t changes = world_->changes();
     const Status status = Step(std::nullopt);
-    Publish();
+    is_quiet = Publish() == nullptr && world_->changes() == changes && pace_->is_timed();
     if (!status.ok()) {
       spdlog::error("{} stopped playing: {}", name_, MessageOf(status));
       Stop();

@@ -61,8 +61,13 @@ class HostedWorld {
   /// That, and a frame for those who watch: the world is at rest until the next request or step.
   std::shared_ptr<const EventChunk> Publish();
 
-  /// Steps as the pace says until `slice_end`; when to be called again, or nothing if the world does not play.
+  /// Steps as the pace says until `slice_end`; when to be called again, or nothing if the world does not play. A world
+  /// in which nothing moves and which nobody watches is left alone for long, so that others come to it by CatchUp().
   std::optional<Pace::Clock::time_point> Play(Pace::Clock::time_point slice_end);
+  /// Takes the steps that were due while the world was left alone: to be called before anything asks of it.
+  void CatchUp();
+  /// True once after something came that ends the rest of a world that plays: then Play() is to be called at once.
+  bool EndRest();
   /// Stops playing, if it does.
   void Stop() { pace_.reset(); }
 
@@ -95,6 +100,7 @@ class HostedWorld {
   bool has_beginning_ = false;
   std::optional<uint64_t> state_hash_;  // of the present, once it was asked for
   std::optional<Pace> pace_;            // set: it plays
+  std::optional<uint64_t> rests_at_;    // set: it is left alone; World::changes() then
   std::shared_ptr<EventLog> events_;
   std::shared_ptr<FrameHub> frames_;
   Keyframes keyframes_;

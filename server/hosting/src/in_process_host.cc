@@ -172,6 +172,7 @@ Progress InProcessHost::Serve(Pending& pending) {
         return Progress::kDone;
       }
     }
+    hosted_->CatchUp();
     return pending.call.method == WorldMethod::kStep ? ServeStep(pending) : ServeShort(pending);
   } catch (const EngineFault& fault) {
     Finish(pending, Broken(Refuse(Reason::kDiverged, "", std::string("the engine failed: ") + fault.what())));
@@ -193,6 +194,7 @@ std::optional<Result<EncodedMessage>> InProcessHost::FindReply(Pending& pending)
 
 // The caller does not wait for its reply to be kept: a retry comes to this strand too, and so after that.
 void InProcessHost::FinishAndKeep(Pending& pending, const Result<EncodedMessage>& outcome, bool keep) {
+  if (hosted_->EndRest()) PostPlay(++play_generation_);
   Finish(pending, outcome);
   if (!keep || pending.call.request_id.empty()) return;
   try {
@@ -253,7 +255,9 @@ void InProcessHost::Play(uint64_t generation) {
 
 void InProcessHost::PublishCurrent() {
   try {
+    hosted_->CatchUp();
     hosted_->frames()->PublishCurrent(hosted_->world(), hosted_->stamp(), hosted_->keyframes());
+    if (hosted_->EndRest()) PostPlay(++play_generation_);
   } catch (const std::exception& exception) {
     spdlog::error("no frame can be made: {}", exception.what());
   }
@@ -261,6 +265,7 @@ void InProcessHost::PublishCurrent() {
 
 void InProcessHost::Close(const Reply& reply) {
   v1::DeleteWorldResponse response;
+  hosted_->CatchUp();
   hosted_->stamp().Encode(response.mutable_stamp());
   hosted_->Stop();
   hosted_->events()->End(absl::OkStatus());
