@@ -150,12 +150,13 @@ void Put(ByteWriter& out, const EntityDesc& desc) {
 }
 
 void Put(ByteWriter& out, const StepperDesc& stepper) {
-  const auto& [step_size, quality, solver, substeps, iterations] = stepper;
+  const auto& [step_size, quality, solver, substeps, iterations, engine_only] = stepper;
   out.Put(step_size);
   out.Put(static_cast<uint8_t>(quality));
   out.Put(static_cast<uint8_t>(solver));
   out.Put(substeps);
   out.Put(iterations);
+  out.Put(engine_only);
 }
 
 void Put(ByteWriter& out, const EventKinds& kinds) {

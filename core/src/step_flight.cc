@@ -58,7 +58,7 @@ Bounds StepRun::RegionOf(EntityRow row, const Vector3& acceleration) const {
 
 // Sorts rows_ into those that fly and those that the engine has to move.
 void StepRun::ChooseFlyers() {
-  if (fields_.empty()) {
+  if (fields_.empty() && !world_.scene_.world.stepper.engine_only) {
     MarkSteered();
     for (EntityRow row : rows_) {
       if (!MayFly(row)) continue;

@@ -21,7 +21,9 @@ Result<std::string> DecodeEngineName(std::string_view name) {
 }
 
 StepperDesc DecodeStepper(const v1::Stepper& stepper) {
-  StepperDesc decoded{.quality = DecodeQuality(stepper.quality()), .solver = DecodeSolver(stepper.solver())};
+  StepperDesc decoded{.quality = DecodeQuality(stepper.quality()),
+                      .solver = DecodeSolver(stepper.solver()),
+                      .engine_only = stepper.engine_only()};
   if (stepper.has_step_size_seconds()) decoded.step_size = stepper.step_size_seconds();
   if (stepper.has_substeps()) decoded.substeps = stepper.substeps();
   if (stepper.has_iterations()) decoded.iterations = stepper.iterations();

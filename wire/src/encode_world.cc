@@ -17,6 +17,7 @@ void EncodeStepper(const StepperDesc& stepper, v1::Stepper* out) {
   out->set_solver(EncodeSolver(stepper.solver));
   if (stepper.substeps) out->set_substeps(*stepper.substeps);
   if (stepper.iterations) out->set_iterations(*stepper.iterations);
+  out->set_engine_only(stepper.engine_only);
 }
 
 void EncodeKinds(const EventKinds& kinds, v1::EventKinds* out) {

@@ -114,7 +114,12 @@ def event_filter(events: bool | model.EventFilter | None) -> Any:
 
 
 def stepper(
-    step_size: float | None, quality: str | None, solver: str | None, substeps: int | None, iterations: int | None
+    step_size: float | None,
+    quality: str | None,
+    solver: str | None,
+    substeps: int | None,
+    iterations: int | None,
+    engine_only: bool,
 ) -> Any:
     """Returns a Stepper message; None leaves a value at its default."""
     return wire.Stepper(
@@ -123,6 +128,7 @@ def stepper(
         solver=None if solver is None else SOLVER.number(solver),
         substeps=substeps,
         iterations=iterations,
+        engine_only=engine_only,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -97,11 +98,44 @@ class Commands:
         )
         return self._join(joint)
 
-    def change_joint(self, joint: Joint | int, kind: joints.Kind) -> None:
-        """Replaces all that the kind of a joint says, or makes it another kind; entities and frames stay."""
-        changed = wire.Joint(id=_encode.entity_id(joint), **joints.encode(kind))
-        update = wire.UpdateJoint(joint=changed)
-        update.update_mask.paths.append(changed.WhichOneof("kind"))
+    def change_joint(
+        self,
+        joint: Joint | int,
+        kind: joints.Kind | None = None,
+        *,
+        frame_in_a: Any = None,
+        frame_in_b: Any = None,
+        collide_connected: bool | None = None,
+        break_force: float | None = None,
+        break_torque: float | None = None,
+    ) -> None:
+        """Changes a joint that holds; what is None stays as it is, and so do the entities.
+
+        Args:
+            joint: Which one.
+            kind: Replaces all that the kind says, or makes it another kind.
+            frame_in_a: The joint frame in a: a position in metres, or (position, orientation).
+            frame_in_b: The same in b.
+            collide_connected: Whether both may touch each other.
+            break_force: N that it holds at most; `math.inf` is any.
+            break_torque: N*m about the origin of frame b that it holds at most; `math.inf` is any.
+        """
+        given = {
+            "frame_in_a": _encode.frame(frame_in_a, "frame_in_a"),
+            "frame_in_b": _encode.frame(frame_in_b, "frame_in_b"),
+            "collide_connected": collide_connected,
+            "break_force": break_force,
+            "break_torque": break_torque,
+        }
+        fields = {} if kind is None else joints.encode(kind)
+        fields |= {name: value for name, value in given.items() if value is not None}
+        # A field that is named and not set is as it was when nobody said anything of it.
+        said = {name: value for name, value in fields.items() if value != math.inf}
+        if kind is None:
+            # A joint without a kind is refused; one that the mask does not name is not looked at.
+            said["fixed"] = wire.FixedJoint()
+        update = wire.UpdateJoint(joint=wire.Joint(id=_encode.entity_id(joint), **said))
+        update.update_mask.paths.extend(fields)
         self._submit(wire.Command(update_joint=update))
 
     def remove_joint(self, joint: Joint | int) -> None:
@@ -348,6 +382,7 @@ class Commands:
         solver: str | None = None,
         substeps: int | None = None,
         iterations: int | None = None,
+        engine_only: bool = False,
     ) -> None:
         """Changes how time advances; what is None takes the server's default, not its old value.
 
@@ -357,8 +392,9 @@ class Commands:
             solver: "iterative" or "direct".
             substeps: Equal parts of a step.
             iterations: Sweeps of an iterative solver in each of them.
+            engine_only: Bodies that fly with nothing near go through the engine too: slower, to compare.
         """
-        stepper = _encode.stepper(step_size, quality, solver, substeps, iterations)
+        stepper = _encode.stepper(step_size, quality, solver, substeps, iterations, engine_only)
         self._submit(wire.Command(set_stepper=wire.SetStepper(stepper=stepper)))
 
     def _add(self, shape: model.Shape, options: Any) -> Entity:

@@ -102,8 +102,8 @@ class EntityContact:
     Attributes:
         other: Whom it touches.
         sensor: Whether one of the two is a sensor.
-        points: As the last part of the step had them, with impulses; of sleepers as they lie, without. In them
-            entity_a is the one with the smaller id.
+        points: As the last substep had them, whose impulses they have: an n-th of the step's where it has n and
+            nothing changes; of sleepers those of their last solve. In them entity_a is the one with the smaller id.
     """
 
     other: Entity

@@ -71,6 +71,7 @@ class Server:
         solver: str | None = None,
         substeps: int | None = None,
         iterations: int | None = None,
+        engine_only: bool = False,
         friction: float | None = None,
         kinetic_friction: float | None = None,
         restitution: float | None = None,
@@ -96,6 +97,7 @@ class Server:
             solver: "iterative" or "direct".
             substeps: Equal parts of a step.
             iterations: Sweeps of an iterative solver in each of them.
+            engine_only: Bodies that fly with nothing near go through the engine too: slower, to compare.
             friction: Coulomb coefficient at rest, of geometries that leave it unset; so are the next five.
             kinetic_friction: Coulomb coefficient while sliding.
             restitution: Speed of separation over speed of approach, 0 to 1.
@@ -130,7 +132,7 @@ class Server:
             name=_encode.resource("worlds", name) if name else "",
             engine=_encode.resource("engines", engine) if engine else "",
             gravity=None if gravity is None else _encode.vector(gravity, "gravity"),
-            stepper=_encode.stepper(step_size, quality, solver, substeps, iterations),
+            stepper=_encode.stepper(step_size, quality, solver, substeps, iterations, engine_only),
             defaults=defaults,
             ground_plane=ground_plane,
             recorded_events=None if recorded_events is None else _encode.event_kinds(recorded_events),

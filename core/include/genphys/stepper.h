@@ -14,6 +14,7 @@ struct StepperDesc {
   Solver solver = Solver::kAutomatic;
   std::optional<uint32_t> substeps;    // unset: the preset's
   std::optional<uint32_t> iterations;  // per substep; unset: the preset's
+  bool engine_only = false;            // no flight lane: all that is awake goes through the engine
   bool operator==(const StepperDesc&) const = default;
 };
 
