@@ -79,6 +79,26 @@ def test_a_joint_changes_its_kind_and_goes(world):
         world.remove_joint(joint)
 
 
+def test_what_is_not_named_of_a_changed_joint_stays(world):
+    ball = world.add_sphere(mass=1.0, position=(0, 0, 5))
+    kind = joints.Hinge(upper=1.0)
+    joint = world.join(None, ball, kind, break_force=1e6, break_torque=1e5)
+
+    world.change_joint(joint, collide_connected=True, break_force=2e6)
+    info = world.joints()[0]
+    assert (info.kind, info.break_force, info.break_torque, info.collide_connected) == (kind, 2e6, 1e5, True)
+
+    world.change_joint(joint, joints.Hinge(upper=0.5), break_force=math.inf)
+    info = world.joints()[0]
+    assert info.kind == joints.Hinge(upper=0.5)
+    assert (info.break_force, info.break_torque, info.collide_connected) == (None, 1e5, True)
+
+    with pytest.raises(genphys.OutOfRangeError) as refused:
+        world.change_joint(joint, break_torque=-1.0)
+    assert refused.value.field == "commands[0].update_joint.joint.break_torque"
+    assert world.joints()[0].break_torque == 1e5
+
+
 def test_a_joint_that_breaks_tells_what_it_held(world):
     ball = world.add_sphere(radius=0.1, mass=2.0, position=(0, 0, 4))
     joint = world.join(None, ball, joints.Ball(), frame_in_a=(0, 0, 5), frame_in_b=(0, 0, 1), break_force=10.0)
