@@ -98,7 +98,11 @@ void Impacts::Find(const ContactBuffer& contacts, std::span<const SweptPair> swe
                                  .geometry_a = pair.geometry_a,
                                  .geometry_b = pair.geometry_b,
                                  .material = world_.rule.Mixed(pair.geometry_a, pair.geometry_b)};
-    const Candidate candidate{.pair = as_contact, .time = pair.time, .closing = pair.closing, .is_swept = true};
+    const Candidate candidate{.pair = as_contact,
+                              .time = pair.time,
+                              .closing = pair.closing,
+                              .is_swept = true,
+                              .is_held = !speed_.IsFree(as_contact) && IsNewAmongHeld(as_contact)};
     if (known == candidates_.end()) {
       candidates_.push_back(candidate);
     } else if (known->time < pair.time) {
@@ -107,11 +111,28 @@ void Impacts::Find(const ContactBuffer& contacts, std::span<const SweptPair> swe
   }
 }
 
+// What slides or rolls into something: the engine would stop it a substep too late, and in its own way.
+bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
+  const auto goes = [&](EntityRow row) { return world_.active[Index(row)] != 0 && !world_.jointed[row]; };
+  if (!rewinds_ || !(goes(pair.entity_a) || goes(pair.entity_b))) return false;
+  EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  if (entities.b < entities.a) std::swap(entities.a, entities.b);
+  const std::vector<TouchingPair>& touching = world_.layer.touching;
+  const auto known = std::lower_bound(touching.begin(), touching.end(), entities,
+                                      [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; });
+  return known == touching.end() || known->pair != entities;
+}
+
+bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
+  return speed_.IsInFlight(row) || (candidate.is_held && !world_.jointed[row]);
+}
+
 // The impact of this pair, if its points say that there was one.
 std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (pair.is_sensor) return std::nullopt;
   const bool is_free = speed_.IsFree(pair);
-  if (!is_free && pair.material.restitution == 0) return std::nullopt;
+  const bool is_held = !is_free && IsNewAmongHeld(pair);
+  if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
   std::optional<Candidate> found;
   for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
     const ContactPoint& point = contacts.points[i];
@@ -119,13 +140,14 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
     const double closing = -point.relative_velocity.dot(point.normal);
     if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) continue;
     double time = 0;
-    if (rewinds_ && is_free && point.depth > 0 && point.depth <= kFreshDepth * closing * step_size_) {
-      const Vector3 pull = world_.accelerations[pair.entity_b] - world_.accelerations[pair.entity_a];
+    if (rewinds_ && (is_free || is_held) && point.depth > 0 && point.depth <= kFreshDepth * closing * step_size_) {
+      const Vector3 pull = PullOn(pair.entity_b) - PullOn(pair.entity_a);
       const double square = closing * closing + 2 * pull.dot(point.normal) * point.depth;
       time = square > 0 ? 2 * point.depth / (closing + std::sqrt(square)) : point.depth / closing;
       time = std::min(time, step_size_);
     }
-    if (!found || time > found->time) found = Candidate{.pair = pair, .time = time, .closing = closing};
+    if (!found || time > found->time)
+      found = Candidate{.pair = pair, .time = time, .closing = closing, .is_held = is_held};
   }
   return found;
 }
@@ -171,6 +193,11 @@ void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {
   DropLocked(locks, body.linear_velocity, body.angular_velocity);
 }
 
+// What holds a body takes away what pulls at it.
+Vector3 Impacts::PullOn(EntityRow row) const {
+  return speed_.IsInFlight(row) ? world_.accelerations[row] : Vector3(Vector3::Zero());
+}
+
 ImpactMotion Impacts::MotionOf(EntityRow entity) const {
   const uint32_t row = Index(entity);
   const SceneEntity& scene_entity = *world_.scene.entities[row];
@@ -178,7 +205,7 @@ ImpactMotion Impacts::MotionOf(EntityRow entity) const {
   const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
   const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
-  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, world_.accelerations[entity]);
+  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
 }
 
 void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
@@ -192,11 +219,12 @@ void Impacts::Refine(Candidate& candidate) const {
   const double way = candidate.closing * step_size_;
   const double tolerance = kTimedDepth + kTimedPart * way;
   const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
-  const bool flies_a = speed_.IsInFlight(candidate.pair.entity_a), flies_b = speed_.IsInFlight(candidate.pair.entity_b);
+  const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
+             goes_b = GoesBack(candidate.pair.entity_b, candidate);
   double touching = candidate.is_swept ? 0 : -1, apart = step_size_, time = candidate.time;
   Manifold manifold;
   for (int look = 0; look < kLooksMax; ++look) {
-    FindMeeting(candidate.pair, flies_a ? time : 0, flies_b ? time : 0, gap, manifold);
+    FindMeeting(candidate.pair, goes_a ? time : 0, goes_b ? time : 0, gap, manifold);
     double depth = -gap;
     for (int i = 0; i < manifold.count; ++i) depth = std::max(depth, manifold.points[static_cast<size_t>(i)].depth);
     if (depth >= 0 && depth <= tolerance) break;
@@ -210,16 +238,16 @@ void Impacts::Refine(Candidate& candidate) const {
   candidate.time = time;
 }
 
-void Impacts::AddStruck(EntityRow row, double time) {
+void Impacts::AddStruck(EntityRow row, const Candidate& candidate) {
   int& index = world_.struck_index[row];
   if (index < 0) {
     index = static_cast<int>(struck_.size());
     struck_.push_back({row, MotionOf(row), 0});
   }
   // What nothing can move is where it is at the time of whom it meets, which is the same for all of one moment.
-  if (speed_.IsInFlight(row)) {
+  if (GoesBack(row, candidate)) {
     Struck& struck = struck_[static_cast<size_t>(index)];
-    struck.time = std::max(struck.time, time);
+    struck.time = std::max(struck.time, candidate.time);
   }
 }
 
@@ -227,8 +255,8 @@ void Impacts::CollectStruck() {
   struck_.clear();
   bodies_.clear();
   for (const Candidate& candidate : candidates_) {
-    AddStruck(candidate.pair.entity_a, candidate.time);
-    AddStruck(candidate.pair.entity_b, candidate.time);
+    AddStruck(candidate.pair.entity_a, candidate);
+    AddStruck(candidate.pair.entity_b, candidate);
   }
   for (const Struck& struck : struck_) {
     bodies_.push_back(struck.motion.BodyBefore(struck.time));

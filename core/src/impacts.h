@@ -24,6 +24,7 @@ struct ImpactWorld {
   const std::vector<uint8_t>& active;
   const RowValues<Vector3>& accelerations;  // m/s^2 from outside
   const RowMarks& flew;                     // in flight before the solve of this substep
+  const RowMarks& jointed;                  // held by joints
   // Memory of the impacts, which leave it empty.
   RowValues<int>& struck_index;  // -1: none
   RowValues<double>& earliest;
@@ -61,8 +62,9 @@ struct SweptPair {
 
 /// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
 /// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
-/// laws of Newton and Coulomb, and run forward again. Bodies that contacts or joints hold are not taken back: of them
-/// the velocities alone change.
+/// laws of Newton and Coulomb, and run forward again. What contacts hold goes back along its way when it meets
+/// something new that is held as well, as if it were held all the time; bodies that joints hold, and those that
+/// something lands on, are not taken back: of them the velocities alone change.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
@@ -88,6 +90,7 @@ class Impacts {
     double time = 0;     // s before the end
     double closing = 0;  // m/s
     bool is_swept = false;
+    bool is_held = false;  // both are, or cannot be moved
   };
   struct Struck {
     EntityRow row{};
@@ -97,6 +100,8 @@ class Impacts {
 
   void Find(const ContactBuffer& contacts, std::span<const SweptPair> swept);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
+  bool IsNewAmongHeld(const ContactPair& pair) const;
+  bool GoesBack(EntityRow row, const Candidate& candidate) const;
   void KeepEarliest();
   void Refine(Candidate& candidate) const;
   void CollectStruck();
@@ -106,9 +111,10 @@ class Impacts {
   std::vector<StruckBody> RestOfStep() const;
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
+  Vector3 PullOn(EntityRow row) const;
   ImpactMotion MotionOf(EntityRow row) const;
   void HoldLocked(EntityRow row, StruckBody& body) const;
-  void AddStruck(EntityRow row, double time);
+  void AddStruck(EntityRow row, const Candidate& candidate);
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
   const Geometry& GeometryAt(GeometryRow row) const;

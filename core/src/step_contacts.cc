@@ -82,9 +82,12 @@ void StepRun::ShareImpulses(double h) {
 }
 
 ImpactWorld StepRun::Surroundings() {
-  return {world_.scene_,         state_,           world_.layer_,          world_.rule_,
-          world_.geometry_rows_, world_.active_,   scratch_.accelerations, scratch_.flew,
-          scratch_.struck_index, scratch_.earliest};
+  return {world_.scene_,          state_,
+          world_.layer_,          world_.rule_,
+          world_.geometry_rows_,  world_.active_,
+          scratch_.accelerations, scratch_.flew,
+          scratch_.jointed,       scratch_.struck_index,
+          scratch_.earliest};
 }
 
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
