@@ -114,6 +114,8 @@ class WorldAtRest : public ::testing::Test {
 
   WorldAtRest() {
     Play(server_, world_, kFactor);
+    // The first step finds that nothing moves.
+    WaitForStep(server_, world_, 1);
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
   }
 

@@ -43,7 +43,15 @@ void MessageStream::OnWriteDone(bool ok) {
   }
 }
 
+// gRPC ends a stream after its cancellation has been told, in an order that only its own code knows of; the flag tells
+// it to whoever looks for races too.
+void MessageStream::OnCancel() {
+  subscription_->Cancel();
+  was_cancelled_.store(true);
+}
+
 void MessageStream::OnDone() {
+  (void)was_cancelled_.load();
   calls_.End();
   delete this;
 }
@@ -69,7 +77,13 @@ void DriveStream::OnWriteDone(bool ok) {
   AskForMore();
 }
 
+void DriveStream::OnCancel() {
+  drive_->Cancel();
+  was_cancelled_.store(true);
+}
+
 void DriveStream::OnDone() {
+  (void)was_cancelled_.load();
   calls_.End();
   delete this;
 }

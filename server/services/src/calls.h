@@ -1,6 +1,7 @@
 #pragma once
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 
@@ -31,7 +32,7 @@ class MessageStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void OnWriteDone(bool ok) override;
-  void OnCancel() override { subscription_->Cancel(); }
+  void OnCancel() override;
   void OnDone() override;
 
  private:
@@ -40,6 +41,7 @@ class MessageStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   OpenCalls& calls_;
   const std::shared_ptr<Subscription> subscription_;
   grpc::ByteBuffer message_;
+  std::atomic<bool> was_cancelled_ = false;
 };
 
 /// A stream of steps: reads when its drive is ready for a request, and writes what that answers.
@@ -53,7 +55,7 @@ class DriveStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
-  void OnCancel() override { drive_->Cancel(); }
+  void OnCancel() override;
   void OnDone() override;
 
  private:
@@ -63,6 +65,7 @@ class DriveStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   const std::shared_ptr<Drive> drive_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer reply_;
+  std::atomic<bool> was_cancelled_ = false;
 };
 
 }  // namespace genphys
