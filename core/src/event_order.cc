@@ -27,4 +27,12 @@ void SortCanonically(std::vector<EventKind>& events) {
                    [](const EventKind& a, const EventKind& b) { return KeyOf(a) < KeyOf(b); });
 }
 
+void SortCanonically(std::span<Event> events) {
+  if (events.size() < 2) return;
+  uint64_t sequence = events.front().sequence;
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return KeyOf(a.kind) < KeyOf(b.kind); });
+  for (Event& event : events) event.sequence = sequence++;
+}
+
 }  // namespace genphys

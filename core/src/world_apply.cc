@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "command_validator.h"
+#include "event_order.h"
 #include "free_rotation.h"
 #include "genphys/world.h"
 #include "initial_world.h"
@@ -56,6 +57,7 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
     is_settled_ = false;
     ++changes_;
   }
+  const size_t first_event = events_.size();
   try {
     auto prepared = validator.prepared().begin();
     const auto resolve = [&](EntityRef& entity) {
@@ -78,11 +80,12 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
       } else {
         ApplyOne(commands[i]);
       }
-      RecordWoken();
     }
   } catch (const EngineFault& fault) {
+    FinishEvents(first_event);
     return Diverged(fault.what());
   }
+  FinishEvents(first_event);
   return created;
 }
 
@@ -321,7 +324,6 @@ void World::Delete(EntityId id) {
   layer_.half_steps[id.index()].Forget();
   layer_.ids.Free(id);
   --entity_count_;
-  RecordWoken();
   if (scene_.world.recorded_events.changes) Record(EntityDeleted{id});
 }
 
@@ -413,10 +415,10 @@ void World::RecordEnd(const TouchingPair& touching) {
   }
 }
 
-void World::RecordWoken() {
-  std::sort(woken_.begin(), woken_.end());
-  for (EntityId id : woken_) Record(EntityWoke{id});
-  woken_.clear();
+// What a batch has to tell, of which the first is event `first`.
+void World::FinishEvents(size_t first) {
+  for (EntityId id : std::exchange(woken_, {})) Record(EntityWoke{id});
+  SortCanonically(std::span(events_).subspan(first));
 }
 
 }  // namespace genphys

@@ -63,6 +63,38 @@ TEST_P(Changes, AreToldOfForceFields) {
   EXPECT_EQ(Of<ForceFieldDeleted>(world->TakeEvents()).at(0).field, push);
 }
 
+TEST_P(Changes, AreToldInOneOrderWhateverTheOrderOfTheCommands) {
+  const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+  const EntityId old = Add(*world, Ball({9, 0, 0})), held = Add(*world, Ball({0, 9, 0}));
+  const JointId joint = Join(*world, ToWorld(held, BallJoint{}));
+  world->TakeEvents();
+  JointDesc pair = Between(EntityId(), EntityId(), HingeJoint{});
+  pair.entity_a = {.created_by_command = 1};
+  pair.entity_b = {.created_by_command = 3};
+  EntityDesc renamed = *world->Describe(held);
+  renamed.display_name = "held";
+  const std::vector<Command> batch{
+      DeleteJoint{joint},
+      CreateEntity{Ball({0, 0, 0})},
+      DeleteEntity{old},
+      CreateEntity{Ball({2, 0, 0})},
+      CreateForceField{{.kind = UniformField{}}},
+      CreateJoint{pair},
+      UpdateEntity{held, renamed, {static_cast<uint32_t>(EntityField::kDisplayName)}},
+  };
+  ASSERT_TRUE(world->Apply(batch).ok());
+
+  const std::vector<Event> events = world->TakeEvents();
+
+  ASSERT_EQ(events.size(), batch.size());
+  for (size_t i = 1; i < events.size(); ++i) {
+    EXPECT_EQ(events[i].sequence, events[i - 1].sequence + 1);
+    EXPECT_LE(events[i - 1].kind.index(), events[i].kind.index());
+  }
+  EXPECT_TRUE(std::holds_alternative<EntityCreated>(events.front().kind)) << "nobody is named before";
+  EXPECT_TRUE(std::holds_alternative<EntityDeleted>(events.back().kind)) << "nor after";
+}
+
 TEST_P(Changes, AForceFieldNamesWhatItsBatchCreates) {
   constexpr double kStiffness = 1, kReach = 3;
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());

@@ -138,11 +138,12 @@ struct ForceFieldDeleted {
   EntityPair pair;
 };
 
-/// The order of the alternatives is the canonical order of kinds within a step.
-using EventKind = std::variant<EntityCreated, EntityUpdated, EntityDeleted, ContactBegan, ContactPersisted,
-                               ContactEnded, SensorEntered, SensorLeft, EntityWoke, EntitySlept, EntityStartedMoving,
-                               EntityStoppedMoving, EntityFaulted, JointBroke, JointCreated, JointUpdated, JointDeleted,
-                               ForceFieldCreated, ForceFieldUpdated, ForceFieldDeleted>;
+/// The order of the alternatives is the canonical order of kinds within a step and within a batch of commands: nothing
+/// is named before it is created, nor after it is deleted.
+using EventKind = std::variant<EntityCreated, EntityUpdated, JointCreated, JointUpdated, ForceFieldCreated,
+                               ForceFieldUpdated, ContactBegan, ContactPersisted, ContactEnded, SensorEntered,
+                               SensorLeft, EntityWoke, EntitySlept, EntityStartedMoving, EntityStoppedMoving,
+                               EntityFaulted, JointBroke, JointDeleted, ForceFieldDeleted, EntityDeleted>;
 
 struct Event {
   uint64_t sequence = 0;  // dense per world and epoch, from 1

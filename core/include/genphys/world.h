@@ -49,7 +49,8 @@ class World {
   ~World();
 
   /// Applies all `commands` in order at the current step boundary, or none: the first that is not valid is refused
-  /// with the path commands[i].<field> and nothing has changed. Returns, per command, the id it created or null.
+  /// with the path commands[i].<field> and nothing has changed. Returns, per command, the id it created or null. What
+  /// it has to tell comes in canonical order too, after what earlier batches at the same boundary had to.
   Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
 
   /// Advances by one step of `step_size` seconds (unset: the stepper's). DIVERGED faults the world: it can be read and
@@ -172,7 +173,7 @@ class World {
   void LayLying();
   void Record(EventKind kind);
   void RecordEnd(const TouchingPair& touching);
-  void RecordWoken();
+  void FinishEvents(size_t first);
   Status Diverged(std::string_view why);
 
   // Queries (world_queries.cc).
