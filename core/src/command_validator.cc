@@ -27,7 +27,7 @@ constexpr uint32_t kBodyParts =
     static_cast<uint32_t>(EntityField::kLinearDamping) | static_cast<uint32_t>(EntityField::kAngularDamping) |
     static_cast<uint32_t>(EntityField::kGravityScale) | static_cast<uint32_t>(EntityField::kLinearSpeedMax) |
     static_cast<uint32_t>(EntityField::kAngularSpeedMax) | static_cast<uint32_t>(EntityField::kLockedAxes) |
-    static_cast<uint32_t>(EntityField::kErrorCorrection);
+    static_cast<uint32_t>(EntityField::kErrorCorrection) | static_cast<uint32_t>(EntityField::kIgnoredEntities);
 
 Status CheckWrench(const Vector3& force, const Vector3& torque, const std::optional<Vector3>& point,
                    std::string_view force_name, std::string_view torque_name) {
@@ -104,10 +104,27 @@ Status CommandValidator::Prepare(const EntityDesc& desc, std::string_view path, 
   return absl::OkStatus();
 }
 
+// Whom it was once told to ignore may be gone; whom it is told of now must be there.
+Status CommandValidator::CheckIgnored(const EntityDesc& desc) const {
+  if (!desc.rigid_body) return absl::OkStatus();
+  const std::vector<EntityId>& ignored = desc.rigid_body->ignored_entities;
+  constexpr std::string_view kField = "entity.rigid_body.ignored_entity_ids";
+  if (ignored.size() > Limits::kIgnoredEntitiesMax) {
+    return Refuse(
+        Reason::kOutOfRange, kField,
+        Cat("an entity names at most ", Limits::kIgnoredEntitiesMax, "; for more there are collision spaces"));
+  }
+  for (size_t i = 0; i < ignored.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(Find(ignored[i], Cat(kField, "[", i, "]")).status());
+  }
+  return absl::OkStatus();
+}
+
 Status CommandValidator::operator()(const CreateEntity& command) {
   if (world_.entity_count() + ++created_ > Limits::kEntitiesMax) {
     return Refuse(Reason::kLimitExceeded, "entity", Cat("a world holds ", Limits::kEntitiesMax, " entities"));
   }
+  GENPHYS_RETURN_IF_ERROR(CheckIgnored(command.entity));
   GENPHYS_RETURN_IF_ERROR(Prepare(command.entity, "entity", prepared_.emplace_back()));
   made_.back() = prepared_.back().desc;
   return absl::OkStatus();
@@ -119,6 +136,9 @@ Status CommandValidator::operator()(const UpdateEntity& command) {
   if (!(*current)->rigid_body && !command.fields.Has(EntityField::kRigidBody) &&
       (command.fields.bits & kBodyParts) != 0) {
     return Refuse(Reason::kInvalidValue, "update_mask", "the entity has no rigid_body of which a part could change");
+  }
+  if (command.fields.Has(EntityField::kIgnoredEntities) || command.fields.Has(EntityField::kRigidBody)) {
+    GENPHYS_RETURN_IF_ERROR(CheckIgnored(command.entity));
   }
   PreparedEntity& prepared = prepared_.emplace_back();
   GENPHYS_RETURN_IF_ERROR(Prepare(Merged(**current, command), "entity", prepared));
@@ -245,6 +265,7 @@ EntityDesc Merged(const EntityDesc& current, const UpdateEntity& update) {
   if (fields.Has(EntityField::kAngularSpeedMax)) to.angular_speed_max = from.angular_speed_max;
   if (fields.Has(EntityField::kLockedAxes)) to.locked_axes = from.locked_axes;
   if (fields.Has(EntityField::kErrorCorrection)) to.error_correction = from.error_correction;
+  if (fields.Has(EntityField::kIgnoredEntities)) to.ignored_entities = from.ignored_entities;
   return merged;
 }
 

@@ -60,6 +60,7 @@ class CommandValidator {
   Result<const EntityDesc*> Find(EntityId id, std::string_view field) const;
   Status CheckDynamic(EntityId id, std::string_view field) const;
   Status Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const;
+  Status CheckIgnored(const EntityDesc& desc) const;
   Status CheckEngine(const std::string& name) const;
   /// The joint as the batch leaves it so far, or why `id` names none.
   Result<JointDesc> Find(JointId id, std::string_view field) const;

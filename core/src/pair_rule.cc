@@ -6,10 +6,7 @@
 namespace genphys {
 namespace {
 
-uint64_t KeyOf(EntityRow a, EntityRow b) {
-  const uint64_t low = std::min(Index(a), Index(b)), high = std::max(Index(a), Index(b));
-  return high << 32 | low;
-}
+std::pair<EntityId, EntityId> KeyOf(EntityId a, EntityId b) { return std::minmax(a, b); }
 
 }  // namespace
 
@@ -21,7 +18,7 @@ PairRule::Verdict PairRule::Decide(GeometryRow row_a, GeometryRow row_b) const {
     return Verdict::kIgnore;
   }
   if (a.space != 0 && a.space == b.space) return Verdict::kIgnore;
-  if (!disregarded_.empty() && disregarded_.contains(KeyOf(a.entity, b.entity))) return Verdict::kIgnore;
+  if (!disregarded_.empty() && disregarded_.contains(KeyOf(a.entity_id, b.entity_id))) return Verdict::kIgnore;
   if (a.is_sensor || b.is_sensor) {
     // A sensor tells of visitors; two sensors would only tell of each other, and two static ones never change.
     const bool useful = a.is_sensor != b.is_sensor && !(a.is_static && b.is_static);
@@ -83,9 +80,9 @@ void PairRule::Remove(std::span<const GeometryRow> rows) {
   }
 }
 
-void PairRule::Disregard(EntityRow a, EntityRow b) { ++disregarded_[KeyOf(a, b)]; }
+void PairRule::Disregard(EntityId a, EntityId b) { ++disregarded_[KeyOf(a, b)]; }
 
-void PairRule::Regard(EntityRow a, EntityRow b) {
+void PairRule::Regard(EntityId a, EntityId b) {
   const auto found = disregarded_.find(KeyOf(a, b));
   if (--found->second == 0) disregarded_.erase(found);
 }

@@ -111,7 +111,8 @@ void Put(ByteWriter& out, const Geometry& geometry) {
 
 void Put(ByteWriter& out, const RigidBody& body) {
   const auto& [motion_type, geometries, inertia, auto_disable, error_correction, linear_velocity, angular_velocity,
-               linear_damping, angular_damping, gravity_scale, linear_speed_max, angular_speed_max, locked_axes] = body;
+               linear_damping, angular_damping, gravity_scale, linear_speed_max, angular_speed_max, locked_axes,
+               ignored_entities] = body;
   const auto& [mass, center_of_mass, tensor] = inertia;
   out.Put(static_cast<uint8_t>(motion_type));
   out.Put(uint64_t{geometries.size()});
@@ -132,6 +133,8 @@ void Put(ByteWriter& out, const RigidBody& body) {
   for (const auto& axes : {linear, angular}) {
     for (const bool is_locked : axes) out.Put(is_locked);
   }
+  out.Put(uint64_t{ignored_entities.size()});
+  for (const EntityId id : ignored_entities) out.Put(id.packed());
 }
 
 void Put(ByteWriter& out, const EntityDesc& desc) {

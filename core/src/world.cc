@@ -161,12 +161,13 @@ void World::Reset() {
     const std::optional<SceneEntity>& entity = scene_.entities[row];
     if (entity && entity->desc->rigid_body) {
       geometry_rows_[row] = rule_.Add(EntityRow{row}, entity->id, *entity->desc->rigid_body);
+      IgnoreOthers(*entity, true);
     }
   }
   for (const std::optional<SceneJoint>& joint : scene_.joints) {
     if (!joint || joint->desc.collide_connected) continue;
     const auto& [a, b] = std::pair(joint->desc.entity_a, joint->desc.entity_b);
-    if (!a.is_world() && !b.is_world()) rule_.Disregard(RowOf(a), RowOf(b));
+    if (!a.is_world() && !b.is_world()) rule_.Disregard(a.id, b.id);
   }
   RebuildEngine();
 }

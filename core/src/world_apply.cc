@@ -235,6 +235,7 @@ void World::AttachBody(EntityRow entity) {
   SetActive(entity, false);
   if (!body) return;
   geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);
+  IgnoreOthers(scene_entity, true);
   contacts_stale_ = true;
   if (engine_ != nullptr) {
     AddToEngine(entity);
@@ -265,12 +266,20 @@ void World::DetachBody(EntityRow entity) {
     near_->Remove(geometry_rows_[row]);
   }
   rule_.Remove(geometry_rows_[row]);
+  IgnoreOthers(*scene_.entities[row], false);
   geometry_rows_[row].clear();
   SetActive(entity, false);
   // Contact points name rows that are gone now.
   contacts_.Clear();
   solved_.Clear();
   contacts_stale_ = true;
+}
+
+// Whether it ignores those whom its description names.
+void World::IgnoreOthers(const SceneEntity& entity, bool ignores) {
+  for (const EntityId other : entity.desc->rigid_body->ignored_entities) {
+    ignores ? rule_.Disregard(entity.id, other) : rule_.Regard(entity.id, other);
+  }
 }
 
 void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc> desc, const MassProperties& mass) {
@@ -292,8 +301,15 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
                          entity.desc->rigid_body->motion_type != MotionType::kStatic;
     if (goes_on) SetVelocityNow({command.id, linear, angular});
   } else {
+    const bool has_body = entity.desc->rigid_body.has_value();
+    if (has_body) IgnoreOthers(entity, false);
     entity.desc = std::move(desc);
     entity.mass = mass;
+    if (has_body) IgnoreOthers(entity, true);
+  }
+  if (fields.Has(EntityField::kIgnoredEntities) && near_ != nullptr) {
+    near_->Renew(geometry_rows_[slot]);
+    contacts_stale_ = true;
   }
   const EntityDesc& now = *entity.desc;
   if (fields.Has(EntityField::kLockedAxes)) DropLockedOf(row);

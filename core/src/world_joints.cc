@@ -130,8 +130,9 @@ void World::Drive(const SetMotorColumns& command) {
 // Whether the two entities of a joint may touch each other.
 void World::SetTouchable(const JointDesc& joint, bool touchable) {
   if (joint.entity_a.is_world() || joint.entity_b.is_world()) return;
-  const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
-  touchable ? rule_.Regard(a, b) : rule_.Disregard(a, b);
+  const EntityRow a = RowOf(joint.entity_a);
+  touchable ? rule_.Regard(joint.entity_a.id, joint.entity_b.id)
+            : rule_.Disregard(joint.entity_a.id, joint.entity_b.id);
   contacts_stale_ = true;
   if (near_ != nullptr) near_->Renew(geometry_rows_[Index(a)]);
 }

@@ -40,7 +40,8 @@ std::vector<ClaimRow> MakeRows() {
   add("everything changed live", Feature::kJointSlider);
   group = "Who collides";
   add("contacts", Feature::kContacts), add("categories and masks"), add("collision spaces");
-  add("joined pairs ignore each other", Feature::kJointDistance), add("sensors", Feature::kSensors);
+  add("joined pairs ignore each other", Feature::kJointDistance), add("any pair ignores each other"),
+      add("sensors", Feature::kSensors);
   group = "Solving";
   add("iterative solver", Feature::kSolverIterative), add("direct solver asked for", Feature::kSolverDirect);
   add("error correction in physical terms", Feature::kErrorCorrection);

@@ -73,6 +73,7 @@ enum class Claim {
   kCategories,
   kCollisionSpaces,
   kJoinedPairs,
+  kIgnoredPairs,
   kSensors,
   // Solving and time.
   kSolverIterative,

@@ -159,6 +159,11 @@ TEST(DeclaredLimits, AreTheLimitsOfTheModel) {
   }
 }
 
+TEST(DeclaredLimits, CountIgnoredEntitiesAsTheModelDoes) {
+  const FieldDescriptor* field = v1::RigidBody::descriptor()->FindFieldByName("ignored_entity_ids");
+  EXPECT_EQ(LimitOf(field).max_items(), Limits::kIgnoredEntitiesMax);
+}
+
 TEST(ErrorReason, HasTheNamesAndNumbersOfTheModel) {
   const auto* reasons = v1::ErrorReason_descriptor();
   ASSERT_EQ(reasons->value_count(), static_cast<int>(Reason::kInvalidValue) + 1);

@@ -194,7 +194,7 @@ TEST(WireUpdate, ChangesEveryPartWhenAllAreSetAndThereIsNoMask) {
 
   ASSERT_TRUE(command.ok()) << command.status();
   EntityFields all;
-  all.bits = Bits({EntityField::kErrorCorrection}) * 2 - 1;
+  all.bits = Bits({EntityField::kIgnoredEntities}) * 2 - 1;
   EXPECT_EQ(std::get<UpdateEntity>(*command).fields.bits, all.bits & ~Bits({EntityField::kRigidBody}));
 }
 

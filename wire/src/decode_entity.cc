@@ -53,6 +53,7 @@ Result<RigidBody> DecodeBody(const v1::RigidBody& body) {
   if (body.has_gravity_scale()) decoded.gravity_scale = body.gravity_scale();
   if (body.has_linear_speed_max()) decoded.linear_speed_max = body.linear_speed_max();
   if (body.has_angular_speed_max()) decoded.angular_speed_max = body.angular_speed_max();
+  for (const uint64_t id : body.ignored_entity_ids()) decoded.ignored_entities.push_back(EntityId::FromPacked(id));
   decoded.geometries.reserve(static_cast<size_t>(body.geometries_size()));
   for (int i = 0; i < body.geometries_size(); ++i) {
     Result<Geometry> geometry = DecodeGeometry(body.geometries(i));

@@ -53,6 +53,7 @@ void EncodeBody(const RigidBody& body, v1::RigidBody* out) {
   out->set_gravity_scale(body.gravity_scale);
   if (body.linear_speed_max) out->set_linear_speed_max(*body.linear_speed_max);
   if (body.angular_speed_max) out->set_angular_speed_max(*body.angular_speed_max);
+  for (const EntityId id : body.ignored_entities) out->add_ignored_entity_ids(id.packed());
   if (body.locked_axes.any()) EncodeLocks(body.locked_axes, out->mutable_locked_axes());
 }
 

@@ -32,6 +32,7 @@ constexpr std::array kPaths{
     FieldPath{"rigid_body.angular_speed_max", EntityField::kAngularSpeedMax},
     FieldPath{"rigid_body.locked_axes", EntityField::kLockedAxes},
     FieldPath{"rigid_body.error_correction", EntityField::kErrorCorrection},
+    FieldPath{"rigid_body.ignored_entity_ids", EntityField::kIgnoredEntities},
 };
 
 bool IsInside(std::string_view path, std::string_view whole) {
@@ -84,6 +85,7 @@ EntityFields PopulatedFields(const v1::Entity& entity) {
     add_if(body.has_angular_speed_max(), EntityField::kAngularSpeedMax);
     add_if(body.has_locked_axes(), EntityField::kLockedAxes);
     add_if(body.has_error_correction(), EntityField::kErrorCorrection);
+    add_if(body.ignored_entity_ids_size() > 0, EntityField::kIgnoredEntities);
     add_if(fields.bits == 0, EntityField::kRigidBody);
   }
   add_if(!entity.display_name().empty(), EntityField::kDisplayName);

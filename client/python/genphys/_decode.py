@@ -51,6 +51,7 @@ def entity_info(message: Any) -> model.EntityInfo:
             correction_speed_max=_optional(body.error_correction, "correction_speed_max"),
             slop=_optional(body.error_correction, "slop_metres"),
         ),
+        ignored_entities=tuple(body.ignored_entity_ids),
     )
 
 

@@ -295,6 +295,7 @@ def entity(
     locked_axes: model.LockedAxes | None = None,
     auto_disable: model.AutoDisable | None = None,
     error_correction: model.ErrorCorrection | None = None,
+    ignored_entities: Sequence[Any] = (),
     visual: model.Visual | None = None,
 ) -> Any:
     """Returns an Entity message from the keywords of `World.add_entity`."""
@@ -314,6 +315,7 @@ def entity(
             linear_speed_max=linear_speed_max,
             angular_speed_max=angular_speed_max,
             locked_axes=None if locked_axes is None else wire.LockedAxes(**vars(locked_axes)),
+            ignored_entity_ids=[entity_id(each) for each in ignored_entities],
         )
     placed = position is not None or orientation is not None
     return wire.Entity(
@@ -330,6 +332,7 @@ _BODY_PATHS = {
     "mass": "inertia",
     "center_of_mass": "inertia",
     "inertia_tensor": "inertia",
+    "ignored_entities": "ignored_entity_ids",
 } | {
     name: name
     for name in (

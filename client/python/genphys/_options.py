@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypedDict
 
 from . import model
@@ -15,7 +16,8 @@ class BodyOptions(TypedDict, total=False):
     m/s. angular_velocity: rad/s. motion: "dynamic", "kinematic" or "static". mass: kg. linear_damping and
     angular_damping: 1/s, the velocity decays as exp(-c t). gravity_scale: part of the world's gravity that
     acts on it. linear_speed_max (m/s) and angular_speed_max (rad/s): what would be faster is slowed down to it.
-    locked_axes: axes of the world along and about which it does not move.
+    locked_axes: axes of the world along and about which it does not move. ignored_entities: those that it and they
+    never touch, whatever the filters say.
     """
 
     name: str
@@ -33,6 +35,7 @@ class BodyOptions(TypedDict, total=False):
     locked_axes: model.LockedAxes
     auto_disable: model.AutoDisable
     error_correction: model.ErrorCorrection
+    ignored_entities: Sequence[model.Entity | model.EntityInfo | int]
     visual: model.Visual
 
 

@@ -375,6 +375,7 @@ class EntityInfo:
         visual: What to draw; None if there is nothing.
         locked_axes: Where it cannot go.
         error_correction: How its overlaps and the gaps of its joints are taken away.
+        ignored_entities: Ids of those that it and they never touch, as it names them.
     """
 
     entity: Entity
@@ -390,6 +391,7 @@ class EntityInfo:
     visual: Visual | None
     locked_axes: LockedAxes = LockedAxes()
     error_correction: ErrorCorrection = ErrorCorrection()
+    ignored_entities: tuple[int, ...] = ()
 
     @property
     def id(self) -> int:

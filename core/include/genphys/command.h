@@ -35,6 +35,7 @@ enum class EntityField : uint32_t {
   kAngularSpeedMax = 1u << 14,
   kLockedAxes = 1u << 15,
   kErrorCorrection = 1u << 16,
+  kIgnoredEntities = 1u << 17,
 };
 
 struct EntityFields {

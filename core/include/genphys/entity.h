@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "genphys/error_correction.h"
+#include "genphys/ids.h"
 #include "genphys/material.h"
 #include "genphys/math.h"
 #include "genphys/shape.h"
@@ -73,6 +74,7 @@ struct RigidBody {
   std::optional<double> linear_speed_max;      // m/s, of the centre of mass; faster is slowed down at every step
   std::optional<double> angular_speed_max;     // rad/s, likewise
   LockedAxes locked_axes;                      // of a dynamic body
+  std::vector<EntityId> ignored_entities;      // it and they never touch; whom only they name counts as well
 };
 
 /// What a renderer should draw; carried along, never looked into.

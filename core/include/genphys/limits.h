@@ -39,6 +39,7 @@ struct Limits {
   static constexpr unsigned kIterationsMax = 1000;
   static constexpr unsigned kForceStepsMax = 1'000'000'000;
   static constexpr unsigned kGeometriesMax = 256;
+  static constexpr unsigned kIgnoredEntitiesMax = 1000;
   static constexpr unsigned kHeightfieldSideMax = 1024;
   static constexpr unsigned kJointsMax = 1'000'000;
   static constexpr unsigned kEntitiesMax = 1'000'000;

@@ -1,8 +1,10 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "genphys/contact.h"
@@ -58,9 +60,9 @@ class PairRule final {
   std::vector<GeometryRow> Add(EntityRow entity, EntityId id, const RigidBody& body);
   void Remove(std::span<const GeometryRow> rows);
 
-  /// From now on the two entities ignore each other, until as many calls of Regard().
-  void Disregard(EntityRow a, EntityRow b);
-  void Regard(EntityRow a, EntityRow b);
+  /// From now on the two entities ignore each other, until as many calls of Regard(). Either may be gone.
+  void Disregard(EntityId a, EntityId b);
+  void Regard(EntityId a, EntityId b);
 
  private:
   uint32_t SpaceRoot(const std::string& collision_space);
@@ -69,7 +71,7 @@ class PairRule final {
   size_t running_surfaces_ = 0;
   std::vector<GeometryRow> free_;
   std::unordered_map<std::string, uint32_t> space_roots_;
-  std::unordered_map<uint64_t, uint32_t> disregarded_;  // how often, by both rows
+  std::map<std::pair<EntityId, EntityId>, uint32_t> disregarded_;  // how often
 };
 
 }  // namespace genphys

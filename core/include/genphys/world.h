@@ -143,6 +143,7 @@ class World {
   void AttachBody(EntityRow row);
   void DetachBody(EntityRow row);
   void Revive(EntityRow row);
+  void IgnoreOthers(const SceneEntity& entity, bool ignores);
 
   // Joints (world_joints.cc).
   JointId Join(JointDesc joint);
