@@ -178,6 +178,12 @@ Status CommandValidator::operator()(const SetVelocity& command) {
 Status CommandValidator::operator()(const SetPose& command) {
   const Result<const EntityDesc*> current = Find(command.id, "entity_id");
   if (!current.ok()) return current.status();
+  GENPHYS_RETURN_IF_ERROR(CheckNumber(command.over_steps, 0, Limits::kForceStepsMax, "over_steps"));
+  const std::optional<RigidBody>& body = (*current)->rigid_body;
+  if (command.over_steps > 0 && !(body && body->motion_type == MotionType::kKinematic)) {
+    return Refuse(Reason::kInvalidValue, "over_steps",
+                  Cat("entity ", command.id.packed(), " is not kinematic: it can only be put somewhere at once"));
+  }
   if (command.position) GENPHYS_RETURN_IF_ERROR(CheckVector(*command.position, Limits::kPositionMax, "pose.position"));
   return command.orientation ? CheckOrientation(*command.orientation, "pose.orientation") : absl::OkStatus();
 }

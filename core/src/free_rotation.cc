@@ -111,6 +111,15 @@ Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor) {
   return rotation * tensor * rotation.transpose();
 }
 
+Vector3 TurnBetween(const Quaternion& before, const Quaternion& after) {
+  const Quaternion turn = after * before.conjugate();
+  const double sine = turn.vec().norm();
+  const double sign = turn.w() < 0 ? -1 : 1;
+  // At smaller angles the quotient is two to the last bit.
+  const double scale = sine > 1e-8 ? 2 * std::atan2(sine, sign * turn.w()) / sine : 2;
+  return sign * scale * turn.vec();
+}
+
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
                      double time) {
   const Column4 start = ToColumn(orientation);

@@ -10,6 +10,9 @@ Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor);
 /// `orientation` turned for `time` seconds by a constant angular velocity, exactly.
 Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time);
 
+/// The rotation vector that turns `before` into `after`, rad, world, the short way round.
+Vector3 TurnBetween(const Quaternion& before, const Quaternion& after);
+
 /// The constant angular velocity (rad/s, world) that turns `orientation` in `time` seconds to where a free body with
 /// the world angular momentum `momentum` (kg*m^2/s) and the inverse tensor `inverse_tensor` (axes of the body) goes.
 /// The engine, which knows constant angular velocities only, is given this one and ends at the right orientation.

@@ -52,6 +52,14 @@ void Put(ByteWriter& out, const PendingForce& value) {
   out.Put(steps_left);
 }
 
+void Put(ByteWriter& out, const Passage& value) {
+  const auto& [id, target, steps_left] = value;
+  out.Put(id.packed());
+  out.Put(target.position);
+  out.Put(target.orientation);
+  out.Put(steps_left);
+}
+
 void Put(ByteWriter& out, const IdAllocator& ids) {
   out.PutColumn(ids.generations);
   out.PutColumn(ids.free_slots);
@@ -98,7 +106,7 @@ void Put(ByteWriter& out, const HalfStep& value) {
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
-               lying, forces, joint_ids, joints, last_touches, half_steps, last_substep] = state;
+               lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -114,6 +122,8 @@ void Serialize(const LayerState& state, std::string& bytes) {
   }
   out.Put(uint64_t{forces.size()});
   for (const PendingForce& force : forces) Put(out, force);
+  out.Put(uint64_t{passages.size()});
+  for (const Passage& passage : passages) Put(out, passage);
   Put(out, joint_ids);
   out.Put(uint64_t{joints.size()});
   for (const JointState& joint : joints) Put(out, joint);

@@ -12,16 +12,6 @@ namespace {
 // Of the mobility of a row: what hangs on it gives way by this part of what it would fall, and that is taken back.
 constexpr double kSoftness = 1e-8;
 
-// The rotation vector that turns `before` into `after`, rad, the short way round.
-Vector3 TurnBetween(const Quaternion& before, const Quaternion& after) {
-  const Quaternion turn = after * before.conjugate();
-  const double sine = turn.vec().norm();
-  const double sign = turn.w() < 0 ? -1 : 1;
-  // At smaller angles the quotient is two to the last bit.
-  const double scale = sine > 1e-8 ? 2 * std::atan2(sine, sign * turn.w()) / sine : 2;
-  return sign * scale * turn.vec();
-}
-
 void Drop(const std::array<bool, 3>& locked, Vector3& v) {
   for (int i = 0; i < 3; ++i) {
     if (locked[static_cast<size_t>(i)]) v[i] = 0;

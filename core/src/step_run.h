@@ -86,6 +86,10 @@ class StepRun {
   void RetireStrays();
   void Mark(std::string_view stage);
 
+  // The ways of kinematic bodies (step_passages.cc).
+  void StartPassages();
+  bool Lead(Passage& passage);
+
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;
   void MarkSteered();

@@ -199,7 +199,8 @@ bool World::ShouldBeActive(EntityRow entity) const {
     case MotionType::kStatic:
       return false;
     case MotionType::kKinematic:
-      return !state_.linear_velocities.col(row).isZero(0) || !state_.angular_velocities.col(row).isZero(0);
+      return !state_.linear_velocities.col(row).isZero(0) || !state_.angular_velocities.col(row).isZero(0) ||
+             IsOnItsWay(state_.ids[row]);
     case MotionType::kDynamic:
       return !state_.asleep[row];
   }

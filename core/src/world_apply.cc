@@ -19,6 +19,10 @@ constexpr uint32_t kShapedBy =
     static_cast<uint32_t>(EntityField::kRigidBody) | static_cast<uint32_t>(EntityField::kMotionType) |
     static_cast<uint32_t>(EntityField::kGeometries) | static_cast<uint32_t>(EntityField::kInertia) |
     static_cast<uint32_t>(EntityField::kErrorCorrection);
+// Parts that say where it is or how it moves.
+constexpr uint32_t kMovedBy = static_cast<uint32_t>(EntityField::kPose) |
+                              static_cast<uint32_t>(EntityField::kLinearVelocity) |
+                              static_cast<uint32_t>(EntityField::kAngularVelocity);
 // Parts that no physics depends on: they wake nobody.
 constexpr uint32_t kLooks =
     static_cast<uint32_t>(EntityField::kDisplayName) | static_cast<uint32_t>(EntityField::kVisual);
@@ -97,9 +101,11 @@ void World::ApplyOne(const Command& command) {
   } else if (const auto* impulse = std::get_if<ApplyImpulse>(&command)) {
     Kick(*impulse);
   } else if (const auto* velocity = std::get_if<SetVelocity>(&command)) {
+    Halt(velocity->id);
     SetVelocityNow(*velocity);
   } else if (const auto* pose = std::get_if<SetPose>(&command)) {
-    SetPoseNow(*pose);
+    Halt(pose->id);
+    pose->over_steps > 0 ? SetOut(*pose) : SetPoseNow(*pose);
   } else if (const auto* rejoin = std::get_if<UpdateJoint>(&command)) {
     Rejoin(*rejoin);
   } else if (const auto* unjoin = std::get_if<DeleteJoint>(&command)) {
@@ -300,6 +306,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const bool goes_on = had_body && !fields.Has(EntityField::kRigidBody) && entity.desc->rigid_body &&
                          entity.desc->rigid_body->motion_type != MotionType::kStatic;
     if (goes_on) SetVelocityNow({command.id, linear, angular});
+    if (!goes_on || entity.desc->rigid_body->motion_type != MotionType::kKinematic) EndPassage(command.id);
   } else {
     const bool has_body = entity.desc->rigid_body.has_value();
     if (has_body) IgnoreOthers(entity, false);
@@ -312,6 +319,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     contacts_stale_ = true;
   }
   const EntityDesc& now = *entity.desc;
+  if ((fields.bits & kMovedBy) != 0) Halt(command.id);
   if (fields.Has(EntityField::kLockedAxes)) DropLockedOf(row);
   if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
   if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
@@ -325,6 +333,7 @@ void World::Delete(EntityId id) {
   UnjoinAllOf(id);
   RemoveFieldsOf(id);
   DropForcesOn(id, layer_);
+  EndPassage(id);
   DetachBody(row);
   scene_.entities[id.index()].reset();
   state_.ids[id.index()] = EntityId();
@@ -412,6 +421,29 @@ void World::SetPoseNow(const SetPose& command) {
   WakeNeighboursOf(row);
   WakeIslandOf(row);
   if (!IsDynamic(desc) || HasSpring(command.id)) WakeAll();
+}
+
+// Where a kinematic entity goes in the steps to come. It stands until the first of them, but is on its way.
+void World::SetOut(const SetPose& command) {
+  const EntityRow row{command.id.index()};
+  const Pose here = state_.pose(row);
+  const Quaternion turned = command.orientation ? command.orientation->normalized() : here.orientation;
+  layer_.passages.push_back({command.id, {command.position.value_or(here.position), turned}, command.over_steps});
+  SetVelocityNow({command.id, Vector3(Vector3::Zero()), Vector3(Vector3::Zero())});
+}
+
+bool World::IsOnItsWay(EntityId id) const {
+  return std::any_of(layer_.passages.begin(), layer_.passages.end(), [&](const Passage& way) { return way.id == id; });
+}
+
+// It keeps the velocity of its way, if it was on one.
+bool World::EndPassage(EntityId id) {
+  return std::erase_if(layer_.passages, [&](const Passage& way) { return way.id == id; }) > 0;
+}
+
+// What moved only to get somewhere stands when it is told something else.
+void World::Halt(EntityId id) {
+  if (EndPassage(id)) SetVelocityNow({id, Vector3(Vector3::Zero()), Vector3(Vector3::Zero())});
 }
 
 void World::Revive(EntityRow row) {

@@ -40,6 +40,7 @@ Status StepRun::Run() {
     mark_ = std::chrono::steady_clock::now();
   }
   if (world_.engine_ != nullptr) {
+    StartPassages();
     CollectRows();
     // Nothing moves, so nothing can come to touch: nothing is called.
     if (!rows_.empty() || !kinematic_rows_.empty()) {
@@ -341,6 +342,7 @@ void StepRun::Retire(EntityRow entity) {
   locked_.Forget(entity);
   std::erase_if(movers_, [&](const Mover& mover) { return mover.row == entity; });
   const EntityId id = state_.ids[row];
+  world_.EndPassage(id);
   std::erase_if(world_.layer_.forces, [&](const PendingForce& force) { return force.id == id; });
   faulted_.push_back(id);
 }

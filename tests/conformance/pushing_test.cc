@@ -11,6 +11,7 @@ namespace {
 GENPHYS_ENGINE_TESTS(Pushing, Claim::kKinematicPush);
 
 constexpr double kGravity = 9.81;
+constexpr double kRounding = 1e-12;
 constexpr double kOff = 1e-3;  // m after a second of being pushed at 1 m/s
 // Across, per metre: sweeps share friction unevenly over the corners of a face.
 constexpr double kAside = 1e-2;
@@ -117,7 +118,6 @@ TEST_P(Pushing, WhatStandsOnAMovingFloorIsCarriedAlong) {
 }
 
 TEST_P(Pushing, APusherMovesExactlyAsTold) {
-  constexpr double kRounding = 1e-12;
   const auto world = MakeWorld();
   EntityDesc pusher = Crate({-2, 0, 0.6});
   pusher.rigid_body->motion_type = MotionType::kKinematic;
@@ -130,6 +130,125 @@ TEST_P(Pushing, APusherMovesExactlyAsTold) {
   const Quaternion turned(Eigen::AngleAxisd(0.9, Vector3::UnitZ()));
   EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(turned), 1e-7);
   EXPECT_EQ(VelocityOf(*world, id), Vector3(1, 0.5, 0));
+}
+
+EntityId AddLift(World& world, const Vector3& position) {
+  EntityDesc lift = Body(Box{{0.1, 1, 0.5}}, position);
+  lift.rigid_body->motion_type = MotionType::kKinematic;
+  return Add(world, lift);
+}
+
+double AngleTo(const World& world, EntityId id, const Quaternion& orientation) {
+  return FromColumn(world.state().orientations.col(id.index())).angularDistance(orientation);
+}
+
+TEST_P(Pushing, APusherThatIsLedStepByStepPushesAtItsSpeed) {
+  Proves({Claim::kKinematicLed});
+  for (const double speed : {0.3, 1.0, 2.0}) {
+    const auto world = MakeWorld();
+    const EntityId box = Add(*world, Crate({0, 0, 0.5}));
+    const EntityId pusher = AddLift(*world, {-0.6, 0, 0.55});
+    for (int i = 1; i <= 60; ++i) {
+      Do(*world, SetPose{.id = pusher, .position = Vector3(-0.6 + speed * i / 60, 0, 0.55), .over_steps = 1});
+      Steps(*world, 1);
+      EXPECT_NEAR(VelocityOf(*world, pusher).x(), speed, kRounding * 60);
+    }
+    EXPECT_NEAR(PositionOf(*world, box).x(), speed, kOff * speed);
+  }
+}
+
+TEST_P(Pushing, WhatIsLedArrivesWhateverTheStepsAndStands) {
+  Proves({Claim::kKinematicLed});
+  Random random(33);
+  const auto world = MakeWorld();
+  const Vector3 target(1.5, -2, 3);
+  const Quaternion turn(Eigen::AngleAxisd(2.5, Vector3(1, -2, 0.5).normalized()));
+  const EntityId id = AddLift(*world, {-2, 0, 1});
+  Do(*world, SetPose{.id = id, .position = target, .orientation = turn, .over_steps = 40});
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_GT((PositionOf(*world, id) - target).norm(), 0.01) << "evenly, not at once";
+    ASSERT_TRUE(world->Step(random.LogUniform(1e-3, 1e-1)).ok());
+  }
+  EXPECT_LE((PositionOf(*world, id) - target).norm(), kRounding);
+  EXPECT_LE(AngleTo(*world, id, turn), 1e-7);
+  EXPECT_GT(VelocityOf(*world, id).norm(), 0) << "as fast as it came in the step that is over";
+  Steps(*world, 1);
+  EXPECT_EQ(VelocityOf(*world, id), Vector3(0, 0, 0));
+  EXPECT_EQ(SpinOf(*world, id), Vector3(0, 0, 0));
+  Steps(*world, 10);
+  EXPECT_LE((PositionOf(*world, id) - target).norm(), kRounding);
+}
+
+TEST_P(Pushing, WhatIsLedObeysALaterCommand) {
+  Proves({Claim::kKinematicLed});
+  const auto world = MakeWorld();
+  const SetPose away{.position = Vector3(10, 0, 1), .over_steps = 100};
+  const auto lead = [&] {
+    SetPose command = away;
+    command.id = AddLift(*world, {0, 0, 1});
+    Do(*world, command);
+    Steps(*world, 10);
+    EXPECT_NEAR(PositionOf(*world, command.id).x(), 1, kRounding);
+    return command.id;
+  };
+  const EntityId steered = lead();
+  Do(*world, SetVelocity{steered, Vector3(0, 1, 0), {}});
+  Steps(*world, 60);
+  EXPECT_LE((PositionOf(*world, steered) - Vector3(1, 1, 1)).norm(), kRounding);
+  Do(*world, DeleteEntity{steered});
+
+  const EntityId put = lead();
+  Do(*world, SetPose{.id = put, .position = Vector3(5, 5, 5)});
+  Steps(*world, 60);
+  EXPECT_EQ(PositionOf(*world, put), Vector3(5, 5, 5)) << "it has no velocity of its own";
+  Do(*world, DeleteEntity{put});
+
+  const EntityId freed = lead();
+  EntityDesc body = *world->Describe(freed);
+  body.rigid_body->motion_type = MotionType::kDynamic;
+  const double speed = VelocityOf(*world, freed).x();
+  EXPECT_NEAR(speed, 0.1 * 60, 1e-9);
+  Do(*world, UpdateEntity{freed, body, {static_cast<uint32_t>(EntityField::kMotionType)}});
+  EXPECT_EQ(VelocityOf(*world, freed).x(), speed) << "what is let go of flies on";
+  Steps(*world, 10);
+  EXPECT_NEAR(PositionOf(*world, freed).x(), 2, 1e-9);
+}
+
+TEST_P(Pushing, WhatIsLedArrivesOnAnotherEngineToo) {
+  Proves({Claim::kKinematicLed, Claim::kEngineChange});
+  const auto world = MakeWorld();
+  const EntityId id = AddLift(*world, {0, 0, 1});
+  Do(*world, SetPose{.id = id, .position = Vector3(1, 0, 1), .over_steps = 20});
+  Steps(*world, 5);
+  Do(*world, SetEngine{"none"});
+  Steps(*world, 5);
+  EXPECT_NEAR(PositionOf(*world, id).x(), 0.25, kRounding) << "without an engine nothing moves";
+  Do(*world, SetEngine{OtherEngine(GetParam())});
+  Steps(*world, 15);
+  EXPECT_NEAR(PositionOf(*world, id).x(), 1, kRounding);
+}
+
+TEST_P(Pushing, OnlyKinematicBodiesAreLed) {
+  Proves({Claim::kKinematicLed});
+  const auto world = MakeWorld();
+  for (const EntityId id : {Add(*world, Ball({0, 0, 3})), Add(*world, Block({5, 0, 1}, {1, 1, 1}))}) {
+    const Command lead = SetPose{.id = id, .position = Vector3(1, 0, 3), .over_steps = 1};
+    const auto refused = world->Apply({&lead, 1});
+    const std::optional<Refusal> refusal = RefusalOf(refused.status());
+    ASSERT_TRUE(refusal);
+    EXPECT_EQ(refusal->field, "commands[0].set_pose.over_steps");
+    Do(*world, SetPose{.id = id, .position = Vector3(1, 0, 3)});
+  }
+}
+
+TEST_P(Pushing, AWayTooFastForTheLimitsIsDoneAtOnce) {
+  Proves({Claim::kKinematicLed});
+  const auto world = MakeWorld();
+  const EntityId id = AddLift(*world, {0, 0, 1});
+  Do(*world, SetPose{.id = id, .position = Vector3(1e6, 0, 1), .over_steps = 1});
+  Steps(*world, 1);
+  EXPECT_EQ(PositionOf(*world, id), Vector3(1e6, 0, 1));
+  EXPECT_EQ(VelocityOf(*world, id), Vector3(0, 0, 0));
 }
 
 }  // namespace

@@ -90,6 +90,8 @@ const std::vector<Known> kImpossible{
     {R"(StepRequest\.(.*\.(?:slider|distance|suspension|along_[xyz])\.motor)\.(?:stiffness|damping))",
      "at max|above min", Reason::kInvalidValue, "$1.target_metres"},
     {R"(StepRequest\.(.*\.distance\.limits\.upper_metres))", "at min|above min", Reason::kOutOfRange, "$1"},
+    // The entities of these cases are dynamic, and only kinematic ones are led.
+    {R"(StepRequest\.(commands\[0\]\.set_pose\.over_steps))", "at max|above min", Reason::kInvalidValue, "$1"},
     // With all other elements 1, no element makes a tensor that is positive definite.
     {R"([A-Za-z]+Request\.(.*\.inertia\.tensor).*)", kAny, Reason::kInvalidValue, "$1"},
 };

@@ -20,7 +20,8 @@ std::vector<ClaimRow> MakeRows() {
   add("triangle mesh moved by forces", Feature::kDynamicTriangleMesh);
   add("heightfield moved by forces", Feature::kDynamicHeightfield);
   group = "Motion";
-  add("static, kinematic, dynamic, none"), add("kinematic bodies push"), add("free rotation keeps its momentum");
+  add("static, kinematic, dynamic, none"), add("kinematic bodies push"), add("kinematic bodies are led to a pose"),
+      add("free rotation keeps its momentum");
   add("scale of gravity"), add("linear and angular damping"), add("largest speeds");
   add("locked axes", Feature::kLockedAxes), add("bodies, pictures, geometries and motion changed live"),
       add("bounds of the world");

@@ -28,6 +28,7 @@ enum class Claim {
   // How things move.
   kMotionTypes,
   kKinematicPush,
+  kKinematicLed,
   kFreeRotation,
   kGravityScale,
   kDamping,

@@ -60,6 +60,7 @@ Result<Command> Decode(const v1::SetPose& command) {
   SetPose decoded{.id = EntityId::FromPacked(command.entity_id()),
                   .position = DecodeIf(command.pose().has_position(), command.pose().position())};
   if (command.pose().has_orientation()) decoded.orientation = DecodeQuaternion(command.pose().orientation());
+  decoded.over_steps = command.over_steps();
   return decoded;
 }
 

@@ -58,6 +58,7 @@ struct CommandEncoder {
 
   void operator()(const SetPose& command) const {
     out->mutable_set_pose()->set_entity_id(command.id.packed());
+    out->mutable_set_pose()->set_over_steps(command.over_steps);
     v1::Pose* pose = out->mutable_set_pose()->mutable_pose();
     if (command.position) EncodeVector(*command.position, pose->mutable_position());
     if (command.orientation) EncodeQuaternion(*command.orientation, pose->mutable_orientation());

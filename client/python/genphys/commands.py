@@ -356,11 +356,26 @@ class Commands:
         self._submit(wire.Command(set_velocity=velocity))
 
     def set_pose(
-        self, entity: Entity | int, *, position: Vector, orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+        self,
+        entity: Entity | int,
+        *,
+        position: Vector | None = None,
+        orientation: Quaternion | None = None,
+        over_steps: int = 0,
     ) -> None:
-        """Puts an entity somewhere else, position in metres; its velocity stays."""
+        """Puts an entity somewhere else, or leads a kinematic one there; None leaves one as it is.
+
+        Args:
+            entity: Whom.
+            position: Metres.
+            orientation: (w, x, y, z).
+            over_steps: In how many steps a kinematic entity goes there, evenly, pushing what is in its way with the
+                velocity that this takes; then it stands. 0: it is there at once, its velocity stays, and what it
+                overlaps there is only pushed out of it.
+        """
         pose = _encode.pose(position, orientation)
-        self._submit(wire.Command(set_pose=wire.SetPose(entity_id=_encode.entity_id(entity), pose=pose)))
+        command = wire.SetPose(entity_id=_encode.entity_id(entity), pose=pose, over_steps=over_steps)
+        self._submit(wire.Command(set_pose=command))
 
     def set_gravity(self, gravity: Vector) -> None:
         """Changes the gravity of the world, m/s^2."""

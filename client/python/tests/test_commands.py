@@ -103,7 +103,10 @@ def test_each_verb_outside_a_batch_is_done_at_once(world, fake):
     world.set_velocity(5, linear=(1, 0, 0))
     assert not last_command(fake).set_velocity.HasField("angular")
     world.set_pose(5, position=(1, 2, 3))
-    assert last_command(fake).set_pose.pose.orientation.w == 1
+    assert not last_command(fake).set_pose.pose.HasField("orientation")
+    world.set_pose(5, orientation=(0, 1, 0, 0), over_steps=7)
+    assert not last_command(fake).set_pose.pose.HasField("position")
+    assert last_command(fake).set_pose.over_steps == 7
     world.set_gravity((0, 0, -1.62))
     assert last_command(fake).set_gravity.gravity.z == -1.62
     world.set_engine("bullet")

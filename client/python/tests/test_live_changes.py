@@ -26,6 +26,34 @@ def test_a_belt_carries_and_a_locked_crate_stays(world):
     assert world.entity(held).locked_axes == genphys.LockedAxes(linear_x=True, angular_z=True)
 
 
+def test_a_pusher_is_led_step_by_step(world):
+    crate = world.add_box(mass=1.0, position=(0, 0, 0.5))
+    pusher = world.add_box(half_extents=(0.1, 1, 0.5), motion="kinematic", position=(-0.6, 0, 0.55))
+    step = 1 / 60
+    for i in range(60):
+        world.set_pose(pusher, position=(-0.6 + (i + 1) * step, 0, 0.55), over_steps=1)
+        frame = world.step()
+    assert frame.positions[frame.row(crate)][0] == pytest.approx(1, abs=2e-3)
+    with pytest.raises(genphys.InvalidValueError, match="kinematic") as refused:
+        world.set_pose(crate, position=(0, 0, 1), over_steps=3)
+    assert refused.value.field.endswith("set_pose.over_steps")
+
+
+def test_two_entities_ignore_each_other(world):
+    shelf = world.add_box(half_extents=(2, 2, 0.1), motion="static", position=(0, 0, 2))
+    falls = world.add_sphere(mass=1.0, position=(-1, 0, 4), ignored_entities=[shelf])
+    stays = world.add_sphere(mass=1.0, position=(1, 0, 4))
+    frame = world.step(240)
+    assert frame.positions[frame.row(falls)][2] == pytest.approx(0.5, abs=1e-3)
+    assert frame.positions[frame.row(stays)][2] == pytest.approx(2.6, abs=1e-3)
+    assert world.entity(falls).ignored_entities == (shelf.id,)
+    world.update_entity(stays, ignored_entities=[shelf])
+    frame = world.step(240)
+    assert frame.positions[frame.row(stays)][2] == pytest.approx(0.5, abs=1e-3)
+    world.update_entity(stays, clear=["rigid_body.ignored_entity_ids"])
+    assert world.entity(stays).ignored_entities == ()
+
+
 def test_corrections_travel_both_ways(server):
     policy = genphys.ErrorCorrection(time_constant=0.1, slop=0.01)
     with server.create_world(error_correction=policy) as world:

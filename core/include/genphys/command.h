@@ -88,8 +88,9 @@ struct SetVelocity {
 
 struct SetPose {
   EntityId id;
-  std::optional<Vector3> position;        // m, world; unset: kept
-  std::optional<Quaternion> orientation;  // unset: kept
+  std::optional<Vector3> position = {};        // m, world; unset: kept
+  std::optional<Quaternion> orientation = {};  // unset: kept
+  uint32_t over_steps = 0;                     // a kinematic entity moves there in as many, pushing; zero: at once
 };
 
 struct SetGravity {

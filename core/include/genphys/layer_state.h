@@ -57,6 +57,13 @@ struct LastTouch {
   std::vector<EventContactPoint> points;  // from the smaller id to the larger
 };
 
+/// The way of a kinematic entity to a pose.
+struct Passage {
+  EntityId id;
+  Pose target;
+  uint32_t steps_left = 0;  // zero: it is there and has still to be stopped
+};
+
 /// What the leapfrog keeps of a moving body beside its columns, which show the true velocity at the step boundary. An
 /// engine moves bodies with the velocity of the middle of a substep; the second half of what acted in it is still owed
 /// to that velocity then. What acts from outside is paid when the next substep begins. What contacts and joints gave is
@@ -98,6 +105,7 @@ struct LayerState {
   std::vector<TouchingPair> touching;
   std::vector<TouchingPair> lying;
   std::vector<PendingForce> forces;  // in order of command
+  std::vector<Passage> passages;     // in order of command, one per entity
   IdAllocator joint_ids;
   std::vector<JointState> joints;                    // by slot of the joint's id
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row

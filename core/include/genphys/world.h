@@ -132,6 +132,10 @@ class World {
   void Kick(const ApplyImpulse& command);
   void SetVelocityNow(const SetVelocity& command);
   void SetPoseNow(const SetPose& command);
+  void SetOut(const SetPose& command);
+  bool IsOnItsWay(EntityId id) const;
+  bool EndPassage(EntityId id);
+  void Halt(EntityId id);
   void DropLockedOf(EntityRow row);
   EntityId CreateField(const CreateForceField& command, std::span<const CreatedId> created);
   void SetField(ForceFieldId id, ForceField field);
