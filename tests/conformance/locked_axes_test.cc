@@ -36,6 +36,8 @@ TEST_P(Locks, KeepAPileInItsPlane) {
     EntityDesc desc = i % 2 == 0 ? Crate({0.2 * i, y, 0.6 + 1.1 * i}) : Body(Capsule{0.3, 0.4}, {0, y, 0.6 + 1.1 * i});
     desc.rigid_body->angular_velocity = {1, 2, 3};
     desc.rigid_body->linear_velocity = {0, 1, 0};
+    // Or who lands on its side may roll on for ever.
+    desc.rigid_body->geometries[0].material.rolling_friction = 0.05;
     ids.push_back(Add(*world, Locked(desc, kFlat)));
   }
   const StateArrays before = world->state();

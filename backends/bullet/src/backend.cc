@@ -56,14 +56,14 @@ Status CheckSolver() {
   Body body({.row = EntityRow{0}, .id = EntityId(0, 1), .body = described, .mass = mass, .geometries = {}}, state);
   body.LoadRigid(state);
   ContactPoint point{.position = Vector3(0, 0, -1), .normal = Vector3::UnitZ()};
-  const PointImpulse none;
+  PointImpulse impulse;
+  const ContactPair pair;
   ContactSolver solver;
   solver.SetIterations(kIterations);
   solver.Begin(kStepSize, 1);
   solver.AddBody(body);
-  solver.AddPair(nullptr, &body, {}, {&point, 1}, {&none, 1});
+  solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1});
   solver.Solve(false);
-  solver.TakeImpulses(0, {&point, 1});
   if (body.motion.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {
     return absl::InternalError("the solver of the Bullet that is linked is not the one its headers describe");
   }

@@ -1,5 +1,4 @@
 #pragma once
-#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -32,37 +31,31 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Adds a body, dynamic or kinematic, whose `rigid` is loaded. Each one that a pair names must be added, and once.
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
-  /// Adds a pair; null is a side that cannot be moved. The first of `warm_impulses` are where its points start from.
-  void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<const ContactPoint> points,
-               std::span<const PointImpulse> warm_impulses);
+  /// Adds a pair; null is a side that cannot be moved. `impulses` are where its points start from; Solve() writes what
+  /// they came to into both. All that is given here must last until then.
+  void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
+               std::span<PointImpulse> impulses);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
   void AddRow(Body* a, Body* b, JointRow& row) { rows_.push_back({a, b, &row}); }
 
-  bool is_empty() const { return manifold_count_ == 0 && rows_.empty(); }
+  bool is_empty() const { return pairs_.empty() && rows_.empty(); }
 
   /// Solves and writes what came out into the bodies' `motion`. All at once, if it shall be `direct` and the equations
   /// let it; else in sweeps.
   void Solve(bool direct);
 
-  /// Fills the impulses of the points of the pair that was added as number `index`.
-  void TakeImpulses(size_t index, std::span<ContactPoint> points) const;
-
-  /// What resisted rolling and spinning at a point of that pair, N*m*s on b, world.
-  const Vector3& torque(size_t index, size_t point) const { return points_[first_points_[index] + point].torque; }
-
   BT_DECLARE_ALIGNED_ALLOCATOR();
 
  private:
-  // Bullet's manifolds hold four points, and a pair with a mesh may have more.
-  void AddManifold(Body* a, Body* b, const ContactPair& pair, std::span<const ContactPoint> points,
-                   std::span<const PointImpulse> warm_impulses);
   // Replaces Bullet's: rows come as the layer writes them.
   void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;
-  // Adds to Bullet's that friction also starts from what it was.
+  // Replaces Bullet's: rows are written from the points. Friction also starts from what it was, and there are rows that
+  // resist rolling and spinning.
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
-  // Adds to Bullet's what resists rolling and spinning.
+  // Replaces Bullet's, which passes over the friction of a contact that does not press, with what it was started from
+  // still in it, and knows no rows about lines.
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
                                 btPersistentManifold** manifolds, int manifold_count, btTypedConstraint** constraints,
                                 int constraint_count, const btContactSolverInfo& info, btIDebugDraw* drawer) override;
@@ -79,17 +72,29 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     Body* b;
     JointRow* row;
   };
+  struct AddedPair {
+    Body* a;
+    Body* b;
+    const ContactPair* pair;
+    std::span<ContactPoint> points;
+    std::span<PointImpulse> impulses;
+  };
   struct AddedPoint {
-    const PointImpulse* warm;
+    ContactPoint* point;
+    PointImpulse* impulse;
     double rolling_friction;  // m
     double spinning_friction;
-    Vector3 torque = Vector3::Zero();  // N*m*s on b, found
   };
   int SolverBodyOf(Body* body, double step_size);
-  AddedPoint& AddedAs(const btSolverConstraint& normal);
-  void StartFriction();
+  size_t frictions_per_point() const { return is_direct_ ? 2 : 1; }
+  void AddPoint(int id_a, int id_b, const ContactPair& pair, ContactPoint& point, PointImpulse& impulse);
   void AddTorsions();
   void AddTorsion(int normal, const Vector3& axis, double arm);
+  double Resolve(btSolverConstraint& row) {
+    return resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
+                                             m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
+  }
+  void TakeImpulses();
 
   // False if the equations cannot be solved all at once.
   bool SolveDirectly();
@@ -99,14 +104,10 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   double warm_scale_ = 1;
   btRigidBody fixed_;
   std::vector<btCollisionObject*> bodies_;
-  std::vector<size_t> first_manifolds_;  // by pair
-  // Kept from step to step for their memory; the first manifold_count_ are in use.
-  std::vector<btPersistentManifold> manifolds_;
-  std::vector<btPersistentManifold*> manifold_pointers_;
-  size_t manifold_count_ = 0;
   std::vector<AddedRow> rows_;
-  std::vector<AddedPoint> points_;
-  std::vector<size_t> first_points_;  // by pair
+  std::vector<AddedPair> pairs_;
+  std::vector<AddedPoint> points_;  // by row of their normal
+  size_t point_count_ = 0;          // of pairs_
   // Rows about lines: m_friction is how far they reach, m and m_frictionIndex the normal whose impulse bounds them.
   btConstraintArray torsions_;
   bool is_direct_ = false;

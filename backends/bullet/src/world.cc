@@ -138,7 +138,6 @@ void World::SolveGroup(uint32_t island, double step_size, double warm_scale, con
   LoadRows(island, state, joint_rows);
   if (solver_.is_empty()) return;
   solver_.Solve(island != Islands::kNone);
-  StoreImpulses(contacts);
 }
 
 // Null if nothing that happens in this solve can move the body and it does not move by itself either.
@@ -160,16 +159,14 @@ bool World::IsInGroup(uint32_t island, EntityRow a, EntityRow b) const {
   return island == Islands::kNone && !IsDirect(islands_.islands()[own]);
 }
 
-void World::LoadContacts(uint32_t island, const StateArrays& state, const ContactBuffer& contacts) {
-  solved_pairs_.clear();
+void World::LoadContacts(uint32_t island, const StateArrays& state, ContactBuffer& contacts) {
   for (size_t i = 0; i < contacts.pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[i];
     if (pair.is_sensor || !IsInGroup(island, pair.entity_a, pair.entity_b)) continue;
-    solved_pairs_.push_back(i);
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
-    solver_.AddPair(side_a, side_b, pair, std::span(contacts.points).subspan(pair.first_point, pair.point_count),
-                    warm_start_.pairs()[i].impulses);
+    PerPoint<PointImpulse>& impulses = warm_start_.pairs()[i].impulses;
+    solver_.AddPair(side_a, side_b, pair, PointsOf(pair, contacts), {impulses.data(), impulses.size()});
   }
 }
 
@@ -181,17 +178,6 @@ void World::LoadRows(uint32_t island, const StateArrays& state, std::span<JointR
   };
   for (JointRow& row : joint_rows) {
     if (IsInGroup(island, row.a, row.b)) solver_.AddRow(load(row.a), load(row.b), row);
-  }
-}
-
-void World::StoreImpulses(ContactBuffer& contacts) {
-  for (size_t i = 0; i < solved_pairs_.size(); ++i) {
-    const std::span<ContactPoint> points = PointsOf(contacts.pairs[solved_pairs_[i]], contacts);
-    solver_.TakeImpulses(i, points);
-    PairMemory& memory = warm_start_.pairs()[solved_pairs_[i]];
-    for (size_t j = 0; j < points.size(); ++j) {
-      memory.impulses[j] = {points[j].normal_impulse, points[j].friction_impulse, solver_.torque(i, j)};
-    }
   }
 }
 

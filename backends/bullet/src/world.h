@@ -43,9 +43,8 @@ class World final : public BackendWorld {
   void SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
                   ContactBuffer& contacts, std::span<JointRow> joint_rows);
   bool IsInGroup(uint32_t island, EntityRow a, EntityRow b) const;
-  void LoadContacts(uint32_t island, const StateArrays& state, const ContactBuffer& contacts);
+  void LoadContacts(uint32_t island, const StateArrays& state, ContactBuffer& contacts);
   void LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows);
-  void StoreImpulses(ContactBuffer& contacts);
   void Move(Body& body, double step_size, StateArrays& state);
 
   std::vector<std::unique_ptr<Body>> bodies_;  // by entity row
@@ -57,9 +56,6 @@ class World final : public BackendWorld {
   StepperSettings settings_;
   Islands islands_;
   std::vector<EntityRow> scaled_;  // bodies that are harder to turn
-
-  // Kept between calls for their memory only.
-  std::vector<size_t> solved_pairs_;  // in the contact buffer, by number in the solver
 };
 
 }  // namespace genphys::bullet_backend
