@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 
 #include "contact_rows.h"
 #include "direct_solve.h"
@@ -17,9 +18,6 @@ constexpr int kIterationsMax = 100;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
-// m/s or rad/s: once a sweep changes nothing by more, it was the last one. What rests is where it was from the first
-// on, and the next step goes on from there.
-constexpr double kSettled = 1e-9;
 // rad/s: what turns more slowly has no direction.
 constexpr double kNoSpin = 1e-9;
 
@@ -96,7 +94,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const ContactPair& pair, Contac
   btSolverBody& a = m_tmpSolverBodyPool[id_a];
   btSolverBody& b = m_tmpSolverBodyPool[id_b];
   const int index = m_tmpSolverContactConstraintPool.size();
-  points_.push_back({&point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction});
+  points_.push_back({id_a, id_b, &point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction});
   // The points are those of the present poses: what was found for them is used in full. The solver then goes on over
   // many steps, and what rests comes to rest to the last digits.
   const btVector3 place = ToBullet(point.position), push = -ToBullet(point.normal);
@@ -167,30 +165,43 @@ void ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm
 
 btScalar ContactSolver::solveSingleIteration(int, btCollisionObject**, int, btPersistentManifold**, int,
                                              btTypedConstraint**, int, const btContactSolverInfo&, btIDebugDraw*) {
-  btScalar residual = 0;
-  const auto note = [&residual](btScalar lacked) { residual = btMax(residual, lacked * lacked); };
+  btScalar largest = 0;
+  stirred_.BeginSweep();
+  const auto note = [&](const btSolverConstraint& row, btScalar change) {
+    stirred_.Note(row.m_solverBodyIdA, row.m_solverBodyIdB, change);
+    largest = btMax(largest, btFabs(change));
+  };
+  const auto relax = [&](const btSolverConstraint& row, btScalar lower, btScalar upper) {
+    note(row,
+         Relax(m_tmpSolverBodyPool[row.m_solverBodyIdA], m_tmpSolverBodyPool[row.m_solverBodyIdB], row, lower, upper));
+  };
+  const auto is_turn_of = [&](size_t point) { return stirred_.IsTurnOf(points_[point].id_a, points_[point].id_b); };
   btConstraintArray& normals = m_tmpSolverContactConstraintPool;
-  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i)
-    note(Resolve(m_tmpSolverNonContactConstraintPool[i]));
-  for (int i = 0; i < normals.size(); ++i) {
-    btSolverConstraint& row = normals[i];
-    note(Relax(m_tmpSolverBodyPool[row.m_solverBodyIdA], m_tmpSolverBodyPool[row.m_solverBodyIdB], row, 0,
-               row.m_upperLimit));
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
+    note(row, Resolve(row));
   }
-  for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
-    btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
-    const btScalar bound = row.m_friction * normals[row.m_frictionIndex].m_appliedImpulse;
-    // One that does not press has what it was started from taken out, and then nothing more.
-    if (bound == 0 && row.m_appliedImpulse == 0) continue;
-    note(Relax(m_tmpSolverBodyPool[row.m_solverBodyIdA], m_tmpSolverBodyPool[row.m_solverBodyIdB], row, -bound, bound));
+  for (size_t i = 0; i < points_.size(); ++i) {
+    if (is_turn_of(i)) relax(normals[static_cast<int>(i)], 0, std::numeric_limits<double>::infinity());
+  }
+  for (size_t i = 0; i < points_.size(); ++i) {
+    if (!is_turn_of(i)) continue;
+    const btScalar pressing = normals[static_cast<int>(i)].m_appliedImpulse;
+    for (size_t j = i * frictions_per_point(); j < (i + 1) * frictions_per_point(); ++j) {
+      const btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[static_cast<int>(j)];
+      const btScalar bound = row.m_friction * pressing;
+      // One that does not press has what it was started from taken out, and then nothing more.
+      if (bound != 0 || row.m_appliedImpulse != 0) relax(row, -bound, bound);
+    }
   }
   for (int i = 0; i < torsions_.size(); ++i) {
     btSolverConstraint& row = torsions_[i];
+    if (!is_turn_of(static_cast<size_t>(row.m_frictionIndex))) continue;
     row.m_upperLimit = row.m_friction * normals[row.m_frictionIndex].m_appliedImpulse;
     row.m_lowerLimit = -row.m_upperLimit;
-    note(Resolve(row));
+    note(row, Resolve(row));
   }
-  return residual;
+  return largest * largest;
 }
 
 btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
@@ -202,6 +213,7 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
                                                   constraint_count, info, drawer);
     return 0;
   }
+  stirred_.Begin(m_tmpSolverBodyPool);
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyIterations(
       bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
 }

@@ -8,6 +8,7 @@
 #include "body.h"
 #include "genphys/contact.h"
 #include "genphys/joint_row.h"
+#include "stirred.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {
@@ -55,7 +56,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   // resist rolling and spinning.
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
   // Replaces Bullet's, which passes over the friction of a contact that does not press, with what it was started from
-  // still in it, and knows no rows about lines.
+  // still in it, goes through all rows alike, and knows none about lines.
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
                                 btPersistentManifold** manifolds, int manifold_count, btTypedConstraint** constraints,
                                 int constraint_count, const btContactSolverInfo& info, btIDebugDraw* drawer) override;
@@ -80,6 +81,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     std::span<PointImpulse> impulses;
   };
   struct AddedPoint {
+    int id_a;  // of the solver's bodies
+    int id_b;
     ContactPoint* point;
     PointImpulse* impulse;
     double rolling_friction;  // m
@@ -108,6 +111,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<AddedPair> pairs_;
   std::vector<AddedPoint> points_;  // by row of their normal
   size_t point_count_ = 0;          // of pairs_
+  Stirred stirred_;
   // Rows about lines: m_friction is how far they reach, m and m_frictionIndex the normal whose impulse bounds them.
   btConstraintArray torsions_;
   bool is_direct_ = false;

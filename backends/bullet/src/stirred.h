@@ -1,0 +1,49 @@
+#pragma once
+#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace genphys::bullet_backend {
+
+/// m/s or rad/s: what changes no more than this in a turn of a row is as good as solved. The next step goes on from
+/// there.
+inline constexpr double kSettled = 1e-9;
+
+/// Which bodies the sweeps still change. A row neither of whose bodies has changed since its last turn would change
+/// nothing, so that sweeps pass it over: of a large pile that lies still but for one corner they go through the corner.
+class Stirred {
+ public:
+  /// Before the first sweep: every row has a turn in that.
+  void Begin(const btAlignedObjectArray<btSolverBody>& bodies) {
+    sweep_ = 0;
+    changed_in_.assign(static_cast<size_t>(bodies.size()), 0);
+    is_movable_.resize(changed_in_.size());
+    for (int i = 0; i < bodies.size(); ++i)
+      is_movable_[static_cast<size_t>(i)] = bodies[i].internalGetInvMass().x() > 0;
+  }
+
+  void BeginSweep() { ++sweep_; }
+
+  /// Whether a row between these two has a turn.
+  bool IsTurnOf(int a, int b) const { return IsStirred(a) || IsStirred(b); }
+
+  /// What a turn of a row between these two did to its rate.
+  void Note(int a, int b, double change) {
+    if (std::abs(change) <= kSettled) return;
+    // Or all that lies on the same ground would stir all else that does.
+    for (const int body : {a, b}) {
+      if (is_movable_[static_cast<size_t>(body)]) changed_in_[static_cast<size_t>(body)] = sweep_;
+    }
+  }
+
+ private:
+  bool IsStirred(int body) const { return changed_in_[static_cast<size_t>(body)] + 1 >= sweep_; }
+
+  uint32_t sweep_ = 0;
+  std::vector<uint32_t> changed_in_;  // the last sweep, by body
+  std::vector<uint8_t> is_movable_;   // by body
+};
+
+}  // namespace genphys::bullet_backend
