@@ -130,12 +130,17 @@ bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
 // The impact of this pair, if its points say that there was one.
 std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (pair.is_sensor) return std::nullopt;
+  // What rests closes with nothing, and that is most of a pile.
+  const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
+  const auto closes = [](const ContactPoint& point) {
+    return point.depth >= kDepthMin && -point.relative_velocity.dot(point.normal) > kImpactSpeedMin;
+  };
+  if (std::none_of(points.begin(), points.end(), closes)) return std::nullopt;
   const bool is_free = speed_.IsFree(pair);
   const bool is_held = !is_free && IsNewAmongHeld(pair);
   if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
   std::optional<Candidate> found;
-  for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-    const ContactPoint& point = contacts.points[i];
+  for (const ContactPoint& point : points) {
     if (point.depth < kDepthMin) continue;
     const double closing = -point.relative_velocity.dot(point.normal);
     if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) continue;
