@@ -23,15 +23,18 @@ void MissingFeatures::Need(const EntityDesc& desc) {
 }
 
 void MissingFeatures::Need(const StepperDesc& stepper) {
-  is_solver_missing_ = stepper.solver == Solver::kDirect && !capabilities_.Has(Feature::kSolverDirect);
+  missing_solver_.reset();
+  if (stepper.solver == Solver::kAutomatic) return;
+  const Feature solver = stepper.solver == Solver::kDirect ? Feature::kSolverDirect : Feature::kSolverIterative;
+  if (!capabilities_.Has(solver)) missing_solver_ = solver;
 }
 
 Status MissingFeatures::Check() const {
-  if (missing_.none() && !is_solver_missing_) return absl::OkStatus();
+  if (missing_.none() && !missing_solver_) return absl::OkStatus();
   std::string names;
   for (size_t i = 0; i < missing_.size(); ++i) {
-    const bool is_solver = is_solver_missing_ && static_cast<Feature>(i) == Feature::kSolverDirect;
-    if (missing_[i] || is_solver) names += Cat(names.empty() ? "" : ", ", NameOf(static_cast<Feature>(i)));
+    const auto feature = static_cast<Feature>(i);
+    if (missing_[i] || missing_solver_ == feature) names += Cat(names.empty() ? "" : ", ", NameOf(feature));
   }
   return Refuse(Reason::kUnsupportedFeature, missing_.none() ? "stepper.solver" : "engine",
                 Cat("engine \"", capabilities_.engine(), "\" does not support ", names));

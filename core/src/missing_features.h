@@ -1,5 +1,6 @@
 #pragma once
 #include <bitset>
+#include <optional>
 
 #include "genphys/capabilities.h"
 #include "genphys/entity.h"
@@ -24,7 +25,7 @@ class MissingFeatures {
  private:
   const Capabilities& capabilities_;
   std::bitset<static_cast<size_t>(Feature::kCount)> missing_;
-  bool is_solver_missing_ = false;  // that the stepper asks for
+  std::optional<Feature> missing_solver_;  // that the stepper asks for
 };
 
 }  // namespace genphys

@@ -96,8 +96,10 @@ TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EngineChangeAt,
-                         ::testing::Combine(::testing::ValuesIn(EveryEngineWithContacts()),
-                                            ::testing::Values(30, 240)));
+                         ::testing::Combine(::testing::ValuesIn(EveryEngineWithContacts()), ::testing::Values(30, 240)),
+                         [](const auto& made) {
+                           return std::get<0>(made.param) + "_" + std::to_string(std::get<1>(made.param));
+                         });
 
 TEST_P(EngineChange, NothingMovesOnNoEngine) {
   Scene scene = MakeScene(GetParam());
