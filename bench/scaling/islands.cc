@@ -39,7 +39,7 @@ Line LineThrough(const std::vector<double>& x, const std::vector<double>& y) {
 
 // `awake` copies of the island that never sleep in one row, `idle` that do in others.
 std::vector<EntityDesc> Copies(const std::vector<EntityDesc>& island, size_t awake, size_t idle) {
-  constexpr double kSpacing = 8;  // m
+  constexpr double kSpacing = 16;  // m: a pile of ODE spreads over some
   constexpr size_t kRow = 20;
   std::vector<EntityDesc> bodies;
   for (size_t i = 0; i < awake + idle; ++i) {
