@@ -13,7 +13,7 @@ def line(costs_and_errors):
 
 def problem(**results):
     named = {name.replace("_", "-"): line(cells) for name, cells in results.items()}
-    return {"id": "B1", "title": "rod", "error": "place / 0.5 m", "first_order": True, "euler_error": None, "results": named}
+    return {"id": "B0", "title": "rod", "error": "place / 0.5 m", "first_order": True, "euler_error": None, "results": named}
 
 
 def data(*problems):
@@ -60,8 +60,8 @@ def test_the_page_names_where_an_engine_alone_is_ahead(tmp_path):
     (tmp_path / "accuracy.json").write_text(json.dumps(data(worse)))
     assert report.main([str(tmp_path)]) == 0
     text = (tmp_path / "accuracy.md").read_text()
-    assert "| B1 | Bullet |" in text and "Nowhere" not in text
-    assert report.unexplained(data(worse)) == ["B1"]
+    assert "| B0 | Bullet |" in text and "Nowhere" not in text
+    assert report.unexplained(data(worse)) == ["B0"]
     assert "Nowhere" in report.page(data(problem(genphys_bullet_balanced=FIRST_ORDER)))
 
 
