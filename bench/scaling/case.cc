@@ -11,6 +11,7 @@ std::vector<Case> Cases() {
       {"pile", "a pile of 1,000 boxes that does not sleep", MeasurePile},
       {"islands", "piles of 20 boxes that do not sleep, among 200 that do, and without them", MeasureIslands},
       {"space", "1,000 members of a collision space that touch nothing", MeasureSpace},
+      {"commands", "one command for each of many sleeping boxes, in one batch", MeasureCommands},
       {"worlds", "empty worlds, and servers that have nothing to do", MeasureWorlds},
   };
 }

@@ -35,6 +35,7 @@ Outcome MeasureFlyers(const Bench& bench);
 Outcome MeasurePile(const Bench& bench);
 Outcome MeasureIslands(const Bench& bench);
 Outcome MeasureSpace(const Bench& bench);
+Outcome MeasureCommands(const Bench& bench);
 Outcome MeasureWorlds(const Bench& bench);
 
 }  // namespace genphys::bench

@@ -9,6 +9,7 @@
 #include "case.h"
 #include "genphys/client/client.h"
 #include "local_world.h"
+#include "support/must.h"
 #include "viewer.h"
 
 namespace genphys::bench {
@@ -30,6 +31,17 @@ constexpr double kAsideMax = 0.01;
 constexpr double kSpeedLossMax = 0.01;
 // A frame of the passer alone is far smaller, and one of 1,000 rows far larger.
 constexpr size_t kDeltaBytesMax = 1'000;
+
+// Who is beside the path.
+struct Crowd {
+  const char* series;
+  MotionType motion_type = MotionType::kDynamic;
+  bool is_joined = false;  // by twos
+};
+
+constexpr Crowd kCrowds[]{{.series = "asleep"},
+                          {.series = "asleep on joints", .is_joined = true},
+                          {.series = "static", .motion_type = MotionType::kStatic}};
 
 // Beside the path, the nearest first, alternately on the left and on the right.
 std::vector<EntityDesc> Bystanders(size_t count, MotionType motion_type) {
@@ -56,10 +68,11 @@ WorldDesc WorldOf(const std::string& engine) {
 // One box on its way to and fro between `count` others.
 class Passage {
  public:
-  Passage(const Bench& bench, size_t count, MotionType motion_type)
+  Passage(const Bench& bench, size_t count, const Crowd& crowd)
       : count_(count),
-        sleepers_(motion_type == MotionType::kDynamic ? count : 0),
-        local_(bench.registry, WorldOf(bench.engine), Bystanders(count, motion_type)) {
+        sleepers_(crowd.motion_type == MotionType::kDynamic ? count : 0),
+        local_(bench.registry, WorldOf(bench.engine), Bystanders(count, crowd.motion_type)) {
+    if (crowd.is_joined) JoinByTwos();
     local_.AwaitSleep(sleepers_);
     passer_ = local_.Add(
         client::Body(Box{Vector3::Constant(kSide / 2)},
@@ -110,6 +123,15 @@ class Passage {
   }
 
  private:
+  void JoinByTwos() {
+    std::vector<Command> commands;
+    for (size_t i = 1; i < local_.ids().size(); i += 2) {
+      commands.push_back(CreateJoint{
+          {.entity_a = {.id = local_.ids()[i - 1]}, .entity_b = {.id = local_.ids()[i]}, .kind = FixedJoint{}}});
+    }
+    Must(local_.world().Apply(commands));
+  }
+
   size_t count_;
   size_t sleepers_;
   LocalWorld local_;
@@ -120,10 +142,9 @@ class Passage {
 class Passages {
  public:
   explicit Passages(const Bench& bench) : bench_(bench) {
-    Add("alone", "alone", 0, MotionType::kDynamic);
-    for (const auto& [series, motion_type] :
-         {std::pair(kAsleep, MotionType::kDynamic), std::pair(kStatic, MotionType::kStatic)}) {
-      for (const size_t count : kCounts) Add(series, NameOf(series, count), count, motion_type);
+    Add("alone", 0, {.series = "alone"});
+    for (const Crowd& crowd : kCrowds) {
+      for (const size_t count : kCounts) Add(NameOf(crowd.series, count), count, crowd);
     }
   }
 
@@ -131,7 +152,7 @@ class Passages {
     const Race race = TakeTurns(parties_, bench_.plan, bench_.engine + " passer");
     for (const auto& passage : passages_) passage->CheckUndisturbed();
     Outcome outcome = Describe("passer", bench_.engine, parties_, race);
-    for (const char* series : {kAsleep, kStatic}) {
+    for (const auto& [series, motion_type, is_joined] : kCrowds) {
       const size_t some = PlaceOf(parties_, NameOf(series, kCounts[1]));
       const size_t many = PlaceOf(parties_, NameOf(series, kCounts[2]));
       outcome.figures.push_back({.name = NameOf(series, kCounts[1]) + " / alone",
@@ -151,14 +172,12 @@ class Passages {
   }
 
  private:
-  static constexpr char kAsleep[] = "asleep";
-  static constexpr char kStatic[] = "static";
-
   static std::string NameOf(const std::string& series, size_t count) { return WithCommas(count) + ' ' + series; }
 
-  void Add(const std::string& series, const std::string& name, size_t count, MotionType motion_type) {
+  void Add(const std::string& name, size_t count, const Crowd& crowd) {
+    const std::string series = crowd.series;
     std::fprintf(stderr, "%s passer: %s\n", bench_.engine.c_str(), name.c_str());
-    Passage& passage = *passages_.emplace_back(std::make_unique<Passage>(bench_, count, motion_type));
+    Passage& passage = *passages_.emplace_back(std::make_unique<Passage>(bench_, count, crowd));
     const auto prepare = [&passage](uint32_t steps) { passage.Prepare(steps); };
     parties_.push_back({.series = series,
                         .name = name,

@@ -24,7 +24,7 @@ COSTS, BARS = "scaling-costs.svg", "scaling-bars.svg"
 
 ABOUT = {
     "passer": "A box slides over the floor without friction, 0.2 m from those beside its path, so that the engine "
-              "moves it and the others are only there. After each step a frame of those who moved is encoded as the "
+              "moves it and the others are only there, some of them fixed to each other by twos. After each step a frame of those who moved is encoded as the "
               "server does it; *no frame* is without. Nobody wakes: that is checked.",
     "asleep": "Boxes that lie on the floor and sleep, all of them.",
     "woken": "A ball hits a pile of 100 boxes that sleeps. In the step in which they touch, those that it touched are "
@@ -40,6 +40,9 @@ ABOUT = {
             "have other pools.",
     "islands": "Equal piles of 20 boxes that are kept awake, far from each other.",
     "space": "1,000 boxes that float, of one collision space or of none, while another box slides elsewhere.",
+    "commands": "Boxes lie by twos, one on the other, and sleep; then one batch has a command of the kind for each of "
+                "them. A cost is that of one command. What looked through all others for each would cost eight times "
+                "as much where there are eight times as many; memory that is in no cache costs some of it.",
     "worlds": "Worlds of the floor alone, in process and in the engine alone; then a server: processor time of its "
               "process while nobody asks it for anything.",
 }

@@ -52,22 +52,36 @@ bool JointStep::MayHold(const JointDesc& desc) const {
   return !is_gone(desc.entity_a) && !is_gone(desc.entity_b);
 }
 
-void JointStep::Start() {
-  held_.clear();
+void JointStep::Start(RowMarks& jointed) {
+  jointed_ = &jointed;
+  for (const JointBody& body : bodies_) {
+    if (body.row != kWorldRow) body_of_[Index(body.row)] = 0;
+  }
   bodies_.assign(1, {});
-  body_of_.assign(state_.rows(), 0);
+  body_of_.resize(state_.rows());
+  for (const Held& held : held_) is_held_[held.slot] = false;
+  held_.clear();
+  is_held_.resize(scene_.joints.size());
   rows_.clear();
   owners_.clear();
-  saved_ = layer_.joints;
-  for (uint32_t slot = 0; slot < scene_.joints.size(); ++slot) {
-    if (!scene_.joints[slot]) continue;
+}
+
+void JointStep::Hold(EntityRow row) {
+  for (const uint32_t slot : index_.Of(row)) {
+    if (is_held_[slot]) continue;
+    is_held_[slot] = true;
     const JointDesc& desc = scene_.joints[slot]->desc;
     Held& held = held_.emplace_back();
     held.slot = slot;
     held.a = BodyOf(desc.entity_a);
     held.b = BodyOf(desc.entity_b);
+    held.before = layer_.joints[slot];
     held.correction = Gentler(CorrectionOf(desc.entity_a), CorrectionOf(desc.entity_b));
     held.last_force = layer_.joints[slot].force;
+    if (!MayHold(desc)) continue;
+    for (const EntityRow side : {RowOf(desc.entity_a), RowOf(desc.entity_b)}) {
+      if (side != kWorldRow) jointed_->Mark(side);
+    }
   }
 }
 
@@ -108,6 +122,8 @@ void JointStep::Load(JointBody& body, double h, bool is_over) const {
 }
 
 void JointStep::Begin(double h) {
+  const auto slot_of = [](const Held& held) { return held.slot; };
+  if (!std::ranges::is_sorted(held_, {}, slot_of)) std::ranges::sort(held_, {}, slot_of);
   for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], h, false);
   Stiffen(h);
 }
@@ -323,15 +339,8 @@ std::vector<JointId> JointStep::Finish(double step_size) {
   return broken;
 }
 
-void JointStep::MarkHeld(RowMarks& held) const {
-  for (const std::optional<SceneJoint>& joint : scene_.joints) {
-    if (!joint || !MayHold(joint->desc)) continue;
-    for (const EntityRow row : {RowOf(joint->desc.entity_a), RowOf(joint->desc.entity_b)}) {
-      if (row != kWorldRow) held.Mark(row);
-    }
-  }
+void JointStep::Restore() {
+  for (const Held& held : held_) layer_.joints[held.slot] = held.before;
 }
-
-void JointStep::Restore() { layer_.joints = saved_; }
 
 }  // namespace genphys

@@ -5,6 +5,7 @@
 
 #include "genphys/backend.h"
 #include "genphys/islands.h"
+#include "genphys/joint_index.h"
 #include "genphys/layer_state.h"
 #include "genphys/row_marks.h"
 #include "genphys/scene.h"
@@ -21,11 +22,15 @@ namespace genphys {
 /// to. Arguments outlive this object. It is kept from step to step for its memory only.
 class JointStep {
  public:
-  JointStep(const Scene& scene, StateArrays& state, const std::vector<uint8_t>& active, LayerState& layer)
-      : scene_(scene), state_(state), active_(active), layer_(layer) {}
+  JointStep(const Scene& scene, const JointIndex& index, StateArrays& state, const std::vector<uint8_t>& active,
+            LayerState& layer)
+      : scene_(scene), index_(index), state_(state), active_(active), layer_(layer) {}
 
-  /// Begins a step.
-  void Start();
+  /// Begins a step without joints; Hold() adds them. `jointed`, which outlives the step, gets the rows that they hold.
+  void Start(RowMarks& jointed);
+
+  /// Adds the joints of an entity that moves, between substeps. Those of which nobody moves cost nothing.
+  void Hold(EntityRow row);
 
   /// Begins a substep of `h` seconds, before forces act: poses and velocities are those at its start, and tensors are
   /// set.
@@ -65,9 +70,6 @@ class JointStep {
   /// Notes where the joints are and what they held over `step_size` seconds; returns those that must break, ascending.
   std::vector<JointId> Finish(double step_size);
 
-  /// Marks the rows that some joint holds.
-  void MarkHeld(RowMarks& held) const;
-
   /// Undoes all of it.
   void Restore();
 
@@ -76,6 +78,7 @@ class JointStep {
     uint32_t slot = 0;
     uint32_t a = 0;  // in bodies_
     uint32_t b = 0;
+    JointState before;  // the step
     ErrorCorrection correction;
     bool was_held = false;
     Vector3 force = Vector3::Zero();       // N*s on b so far
@@ -97,13 +100,15 @@ class JointStep {
   bool Visit(Held& held, double h, std::vector<JointRow>* rows);
 
   const Scene& scene_;
+  const JointIndex& index_;
   StateArrays& state_;
   const std::vector<uint8_t>& active_;
   LayerState& layer_;
-  std::vector<JointState> saved_;
+  RowMarks* jointed_ = nullptr;
   std::vector<JointBody> bodies_;  // the first is the world
   std::vector<uint32_t> body_of_;  // by row; zero: no joint holds it
-  std::vector<Held> held_;         // in order of slots
+  std::vector<uint8_t> is_held_;   // by slot
+  std::vector<Held> held_;         // in order of slots, once a substep begins
   std::vector<JointRow> rows_;
   std::vector<uint32_t> owners_;  // of rows_, in held_
   std::vector<double> expected_;  // scratch
@@ -114,10 +119,5 @@ class JointStep {
   std::vector<JointRow> left_rows_;
   std::vector<uint32_t> left_;  // in rows
 };
-
-/// The row of one side of a joint.
-inline EntityRow RowOf(const EntityRef& entity) {
-  return entity.id.is_null() ? kWorldRow : EntityRow{entity.id.index()};
-}
 
 }  // namespace genphys

@@ -53,8 +53,7 @@ void Put(ByteWriter& out, const PendingForce& value) {
 }
 
 void Put(ByteWriter& out, const Passage& value) {
-  const auto& [id, target, steps_left] = value;
-  out.Put(id.packed());
+  const auto& [target, steps_left] = value;
   out.Put(target.position);
   out.Put(target.orientation);
   out.Put(steps_left);
@@ -123,7 +122,10 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.Put(uint64_t{forces.size()});
   for (const PendingForce& force : forces) Put(out, force);
   out.Put(uint64_t{passages.size()});
-  for (const Passage& passage : passages) Put(out, passage);
+  for (const auto& [id, passage] : passages) {
+    out.Put(id.packed());
+    Put(out, passage);
+  }
   Put(out, joint_ids);
   out.Put(uint64_t{joints.size()});
   for (const JointState& joint : joints) Put(out, joint);

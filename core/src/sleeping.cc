@@ -58,7 +58,8 @@ void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<u
 }  // namespace
 
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const std::vector<uint8_t>& active, double step_size, LayerState& layer) {
+                                   const JointIndex& joints, const std::vector<uint8_t>& active, double step_size,
+                                   LayerState& layer) {
   bool any = false;
   for (EntityRow entity : rows) {
     const uint32_t row = Index(entity);
@@ -90,8 +91,11 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
     if (IsDynamic(scene, a)) disturb(a, b);
     if (IsDynamic(scene, b)) disturb(b, a);
   }
-  for (const std::optional<SceneJoint>& joint : scene.joints) {
-    if (joint && IsHeld(*joint, layer)) VisitJoint(scene, *joint, active, islands, restless);
+  for (const EntityRow row : rows) {
+    for (const uint32_t slot : joints.Of(row)) {
+      const SceneJoint& joint = *scene.joints[slot];
+      if (IsHeld(joint, layer)) VisitJoint(scene, joint, active, islands, restless);
+    }
   }
   ForEachSpring(scene, tie);
   for (EntityRow row : rows) {
@@ -124,8 +128,8 @@ void ReportMoving(const Scene& scene, const StateArrays& state, const std::vecto
   }
 }
 
-std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& state, const LayerState& layer,
-                                      EntityRow row) {
+std::vector<EntityRow> SleepingIslands(const Scene& scene, const StateArrays& state, const LayerState& layer,
+                                       std::span<const EntityRow> rows) {
   const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };
   DisjointSets islands(state.rows());
   const auto tie = [&](uint32_t a, uint32_t b) {
@@ -141,12 +145,13 @@ std::vector<EntityRow> SleepingIsland(const Scene& scene, const StateArrays& sta
     tie(joint->desc.entity_a.id.index(), joint->desc.entity_b.id.index());
   }
   ForEachSpring(scene, tie);
-  std::vector<EntityRow> island;
-  const uint32_t root = islands.Find(Index(row));
+  std::vector<uint8_t> is_chosen(state.rows());
+  for (const EntityRow row : rows) is_chosen[islands.Find(Index(row))] = true;
+  std::vector<EntityRow> sleepers;
   for (uint32_t r = 0; r < state.rows(); ++r) {
-    if (r == Index(row) || (sleeps(r) && islands.Find(r) == root)) island.push_back(EntityRow{r});
+    if (sleeps(r) && is_chosen[islands.Find(r)]) sleepers.push_back(EntityRow{r});
   }
-  return island;
+  return sleepers;
 }
 
 }  // namespace genphys

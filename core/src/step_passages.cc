@@ -1,5 +1,6 @@
 // Kinematic bodies that are led to a pose: how fast they go in this step.
-#include <algorithm>
+#include <map>
+#include <vector>
 
 #include "free_rotation.h"
 #include "genphys/limits.h"
@@ -8,24 +9,25 @@
 namespace genphys {
 
 void StepRun::StartPassages() {
-  std::vector<Passage>& passages = world_.layer_.passages;
+  std::map<EntityId, Passage>& passages = world_.layer_.passages;
   if (passages.empty()) return;
   ++world_.changes_;
   world_.is_settled_ = false;
   std::vector<EntityId> over;
-  for (Passage& passage : passages) {
-    if (Lead(passage)) over.push_back(passage.id);
+  for (auto& [id, passage] : passages) {
+    if (Lead(id, passage)) over.push_back(id);
   }
   for (const EntityId id : over) {
     world_.EndPassage(id);
     world_.UpdateActive(EntityRow{id.index()});
   }
+  world_.SettleAftermath();
 }
 
 // Whether the passage is over. It is what is left of the way in what is left of the steps, so that steps of unequal
 // size and the rounding of earlier ones lead to the pose as well.
-bool StepRun::Lead(Passage& passage) {
-  const EntityRow row{passage.id.index()};
+bool StepRun::Lead(EntityId id, Passage& passage) {
+  const EntityRow row{id.index()};
   const Pose here = state_.pose(row);
   const double time = step_size_ * passage.steps_left;
   Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
@@ -36,7 +38,7 @@ bool StepRun::Lead(Passage& passage) {
   const bool is_too_fast = linear.norm() > Limits::kSpeedMax || angular.norm() > Limits::kSpinMax;
   if (is_too_fast) {
     linear = angular = Vector3::Zero();
-    world_.SetPoseNow({passage.id, passage.target.position, passage.target.orientation});
+    world_.SetPoseNow({id, passage.target.position, passage.target.orientation});
   }
   state_.linear_velocities.col(Index(row)) = linear;
   state_.angular_velocities.col(Index(row)) = angular;

@@ -82,13 +82,13 @@ class StepRun {
   void AddMover(EntityRow row);
   bool IsDynamic(EntityRow row) const;
   bool Fits(EntityRow row) const;
-  void Retire(EntityRow row);
+  void Retire(std::span<const EntityRow> strays);
   void RetireStrays();
   void Mark(std::string_view stage);
 
   // The ways of kinematic bodies (step_passages.cc).
   void StartPassages();
-  bool Lead(Passage& passage);
+  bool Lead(EntityId id, Passage& passage);
 
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;

@@ -22,11 +22,12 @@ struct StepScratch {
   RowMarks tested;                                    // active in some search for contacts of this step
   RowMarks flies;                                     // in the flight lane
   RowMarks steered;                                   // forces turn it or turn with it
+  RowMarks strays;                                    // left the bounds of the world
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, accelerations, struck_index, earliest, flew, jointed, held, moved, tested, flies,
-          steered);
+          steered, strays);
   }
 };
 

@@ -66,7 +66,7 @@ Status AboutWorld(const Status& status) {
 }  // namespace
 
 World::World(const BackendRegistry& registry, const WorldDesc& desc)
-    : registry_(registry), joint_step_(std::make_unique<JointStep>(scene_, state_, active_, layer_)) {
+    : registry_(registry), joint_step_(std::make_unique<JointStep>(scene_, joint_index_, state_, active_, layer_)) {
   scene_.world = desc;
   scene_.world.engine = "none";
 }
@@ -143,6 +143,7 @@ void World::Reset() {
   ++changes_;
   events_.clear();
   stats_ = {};
+  aftermath_ = {};
   if (initial_ == nullptr) return;
   scene_ = initial_->scene;
   state_ = initial_->state;
@@ -164,10 +165,12 @@ void World::Reset() {
       IgnoreOthers(*entity, true);
     }
   }
+  joint_index_.Clear();
   for (const std::optional<SceneJoint>& joint : scene_.joints) {
-    if (!joint || joint->desc.collide_connected) continue;
+    if (!joint) continue;
+    joint_index_.Add(joint->id.index(), joint->desc);
     const auto& [a, b] = std::pair(joint->desc.entity_a, joint->desc.entity_b);
-    if (!a.is_world() && !b.is_world()) rule_.Disregard(a.id, b.id);
+    if (!joint->desc.collide_connected && !a.is_world() && !b.is_world()) rule_.Disregard(a.id, b.id);
   }
   RebuildEngine();
 }
@@ -248,30 +251,6 @@ void World::Wake(EntityRow row) {
   UpdateActive(row);
   roused_.push_back(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);
-}
-
-void World::WakeIslandOf(EntityRow row) {
-  layer_.rest_times[Index(row)] = 0;
-  if (!state_.asleep[Index(row)]) return;
-  for (EntityRow sleeper : SleepingIsland(scene_, state_, layer_, row)) Wake(sleeper);
-}
-
-void World::WakeNeighboursOf(EntityRow row) {
-  std::vector<EntityRow> neighbours;
-  for (const std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
-    for (const TouchingPair& touching : *pairs) {
-      const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
-      if (a == Index(row)) neighbours.push_back(EntityRow{b});
-      if (b == Index(row)) neighbours.push_back(EntityRow{a});
-    }
-  }
-  for (const std::optional<SceneJoint>& joint : scene_.joints) {
-    if (!joint) continue;
-    const EntityRow a = RowOf(joint->desc.entity_a), b = RowOf(joint->desc.entity_b);
-    if (a == row && b != kWorldRow) neighbours.push_back(b);
-    if (b == row && a != kWorldRow) neighbours.push_back(a);
-  }
-  for (EntityRow neighbour : neighbours) WakeIslandOf(neighbour);
 }
 
 void World::SetActive(EntityRow row, bool is_active) {

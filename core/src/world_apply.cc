@@ -31,21 +31,6 @@ Vector3 ToWorld(const Vector3& v, Coordinates coordinates, const Pose& pose) {
   return coordinates == Coordinates::kEntity ? Vector3(pose.orientation * v) : v;
 }
 
-void DropForcesOn(EntityId id, LayerState& layer) {
-  std::erase_if(layer.forces, [&](const PendingForce& force) { return force.id == id; });
-}
-
-// Whom a field names by itself.
-EntityPair PairOf(const ForceField& field) {
-  const auto* spring = std::get_if<SpringField>(&field.kind);
-  return spring != nullptr ? EntityPair{spring->a, spring->b} : EntityPair{};
-}
-
-template <typename Kind>
-EventKind Told(ForceFieldId id, const ForceField& field) {
-  return Kind{id, PairOf(field), std::make_shared<const ForceField>(field)};
-}
-
 bool IsDynamic(const EntityDesc& desc) {
   return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
 }
@@ -85,6 +70,7 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
         ApplyOne(commands[i]);
       }
     }
+    SettleAftermath();
   } catch (const EngineFault& fault) {
     FinishEvents(first_event);
     return Diverged(fault.what());
@@ -130,66 +116,9 @@ void World::ApplyOne(const Command& command) {
                       .torque = columns->torques.empty() ? Vector3(Vector3::Zero()) : columns->torques[i]});
     }
   } else if (const auto* update = std::get_if<UpdateForceField>(&command)) {
-    SetField(update->id, update->field);
-    if (scene_.world.recorded_events.changes) {
-      Record(Told<ForceFieldUpdated>(update->id, scene_.force_fields[update->id]));
-    }
+    UpdateField(*update);
   } else if (const auto* end = std::get_if<DeleteForceField>(&command)) {
-    const EntityPair pair = PairOf(scene_.force_fields[end->id]);
-    scene_.force_fields.erase(end->id);
-    RestartAll();
-    WakeAll();
-    if (scene_.world.recorded_events.changes) Record(ForceFieldDeleted{end->id, pair});
-  }
-}
-
-EntityId World::CreateField(const CreateForceField& command, std::span<const CreatedId> created) {
-  const ForceFieldId id = layer_.next_force_field++;
-  ForceField field = command.field;
-  for (const uint32_t place : command.created_by_commands) field.entities.push_back(created[place]);
-  if (auto* spring = std::get_if<SpringField>(&field.kind)) {
-    if (command.spring_a_created_by_command) spring->a = created[*command.spring_a_created_by_command];
-    if (command.spring_b_created_by_command) spring->b = created[*command.spring_b_created_by_command];
-  }
-  SetField(id, std::move(field));
-  if (scene_.world.recorded_events.changes) Record(Told<ForceFieldCreated>(id, scene_.force_fields[id]));
-  return EntityId::FromPacked(id);
-}
-
-void World::SetField(ForceFieldId id, ForceField field) {
-  std::sort(field.entities.begin(), field.entities.end());
-  if (auto* fluid = std::get_if<BuoyancyField>(&field.kind)) fluid->surface_normal.normalize();
-  scene_.force_fields[id] = std::move(field);
-  RestartAll();
-  WakeAll();
-}
-
-// Forces that came or went change from now on, not from the middle of the last substep on.
-void World::RestartAll() {
-  for (HalfStep& half : layer_.half_steps) half.Restart();
-}
-
-bool World::HasSpring(EntityId id) const {
-  return std::any_of(scene_.force_fields.begin(), scene_.force_fields.end(), [&](const auto& entry) {
-    const auto* spring = std::get_if<SpringField>(&entry.second.kind);
-    return spring != nullptr && (spring->a == id || spring->b == id);
-  });
-}
-
-void World::RemoveFieldsOf(EntityId id) {
-  if (HasSpring(id)) WakeAll();
-  if (!scene_.force_fields.empty()) RestartAll();
-  for (auto entry = scene_.force_fields.begin(); entry != scene_.force_fields.end();) {
-    ForceField& field = entry->second;
-    const auto* spring = std::get_if<SpringField>(&field.kind);
-    // With the last of those that a field acted on gone it must not act on all.
-    const bool has_lost = std::erase(field.entities, id) > 0;
-    const bool is_over = spring != nullptr ? spring->a == id || spring->b == id : has_lost && field.entities.empty();
-    if (scene_.world.recorded_events.changes && (is_over || has_lost)) {
-      Record(is_over ? EventKind(ForceFieldDeleted{entry->first, PairOf(field)})
-                     : Told<ForceFieldUpdated>(entry->first, field));
-    }
-    entry = is_over ? scene_.force_fields.erase(entry) : std::next(entry);
+    DeleteField(end->id);
   }
 }
 
@@ -256,17 +185,7 @@ void World::DetachBody(EntityRow entity) {
   const uint32_t row = Index(entity);
   if (!scene_.entities[row]->desc->rigid_body) return;
   WakeNeighboursOf(entity);
-  const EntityId id = state_.ids[row];
-  std::vector<TouchingPair> ended;
-  for (std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
-    std::erase_if(*pairs, [&](const TouchingPair& touching) {
-      const bool is_over = touching.pair.a == id || touching.pair.b == id;
-      if (is_over) ended.push_back(touching);
-      return is_over;
-    });
-  }
-  std::sort(ended.begin(), ended.end());
-  for (const TouchingPair& touching : ended) RecordEnd(touching);
+  aftermath_.detached.push_back(state_.ids[row]);
   if (engine_ != nullptr) {
     engine_->RemoveBody(entity);
     near_->Remove(geometry_rows_[row]);
@@ -297,7 +216,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const bool had_body = entity.desc->rigid_body.has_value();
     const Vector3 linear = state_.linear_velocities.col(slot), angular = state_.angular_velocities.col(slot);
     // Forces act on, on a body of another shape, unless it is a new one or is moved by none.
-    if (fields.Has(EntityField::kRigidBody) || !IsDynamic(*desc)) DropForcesOn(command.id, layer_);
+    if (fields.Has(EntityField::kRigidBody) || !IsDynamic(*desc)) Unforce(command.id);
     DetachBody(row);
     entity.desc = std::move(desc);
     entity.mass = mass;
@@ -331,8 +250,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
 void World::Delete(EntityId id) {
   const EntityRow row{id.index()};
   UnjoinAllOf(id);
-  RemoveFieldsOf(id);
-  DropForcesOn(id, layer_);
+  aftermath_.deleted.push_back(id);
+  Unforce(id);
   EndPassage(id);
   DetachBody(row);
   scene_.entities[id.index()].reset();
@@ -354,7 +273,7 @@ void World::Delete(EntityId id) {
 
 void World::Push(const ApplyForce& command) {
   const EntityRow row{command.id.index()};
-  if (command.replace) DropForcesOn(command.id, layer_);
+  if (command.replace) Unforce(command.id);
   WakeIslandOf(row);
   PendingForce force{command.id,          command.force, command.torque, Vector3::Zero(), !command.point.has_value(),
                      command.coordinates, command.steps};
@@ -394,7 +313,7 @@ void World::SetVelocityNow(const SetVelocity& command) {
   DropLockedOf(row);
   TellPose(row);
   WakeIslandOf(row);
-  if (HasSpring(command.id)) WakeAll();
+  if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
   UpdateActive(row);
 }
 
@@ -420,7 +339,8 @@ void World::SetPoseNow(const SetPose& command) {
   contacts_stale_ = true;
   WakeNeighboursOf(row);
   WakeIslandOf(row);
-  if (!IsDynamic(desc) || HasSpring(command.id)) WakeAll();
+  if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
+  if (!IsDynamic(desc)) WakeAll();
 }
 
 // Where a kinematic entity goes in the steps to come. It stands until the first of them, but is on its way.
@@ -428,18 +348,14 @@ void World::SetOut(const SetPose& command) {
   const EntityRow row{command.id.index()};
   const Pose here = state_.pose(row);
   const Quaternion turned = command.orientation ? command.orientation->normalized() : here.orientation;
-  layer_.passages.push_back({command.id, {command.position.value_or(here.position), turned}, command.over_steps});
+  layer_.passages[command.id] = {{command.position.value_or(here.position), turned}, command.over_steps};
   SetVelocityNow({command.id, Vector3(Vector3::Zero()), Vector3(Vector3::Zero())});
 }
 
-bool World::IsOnItsWay(EntityId id) const {
-  return std::any_of(layer_.passages.begin(), layer_.passages.end(), [&](const Passage& way) { return way.id == id; });
-}
+bool World::IsOnItsWay(EntityId id) const { return layer_.passages.contains(id); }
 
 // It keeps the velocity of its way, if it was on one.
-bool World::EndPassage(EntityId id) {
-  return std::erase_if(layer_.passages, [&](const Passage& way) { return way.id == id; }) > 0;
-}
+bool World::EndPassage(EntityId id) { return layer_.passages.erase(id) > 0; }
 
 // What moved only to get somewhere stands when it is told something else.
 void World::Halt(EntityId id) {
@@ -452,15 +368,6 @@ void World::Revive(EntityRow row) {
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   UpdateActive(row);
-}
-
-void World::RecordEnd(const TouchingPair& touching) {
-  const EventKinds& kinds = scene_.world.recorded_events;
-  const auto& [a, b] = touching.pair;
-  if (!touching.is_sensor && kinds.contacts) Record(ContactEnded{touching.pair});
-  if (touching.is_sensor && kinds.sensors) {
-    Record(touching.a_is_sensor ? SensorLeft{a, b} : SensorLeft{b, a});
-  }
 }
 
 // What a batch has to tell, of which the first is event `first`.

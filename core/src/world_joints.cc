@@ -67,6 +67,7 @@ JointId World::Join(JointDesc joint) {
   scene_.joints[slot] = SceneJoint{id, std::move(joint)};
   ++joint_count_;
   const JointDesc& desc = scene_.joints[slot]->desc;
+  joint_index_.Add(slot, desc);
   if (!desc.collide_connected) SetTouchable(desc, false);
   RestartJoined(desc);
   WakeJoined(desc);
@@ -99,6 +100,7 @@ void World::Unjoin(JointId id) {
   RestartJoined(joint->desc);
   WakeJoined(joint->desc);
   if (!joint->desc.collide_connected) SetTouchable(joint->desc, true);
+  joint_index_.Remove(id.index(), joint->desc);
   joint.reset();
   layer_.joints[id.index()] = JointState{};
   layer_.joint_ids.Free(id);
@@ -112,9 +114,8 @@ void World::UnjoinAndTell(JointId id) {
 }
 
 void World::UnjoinAllOf(EntityId id) {
-  for (const std::optional<SceneJoint>& joint : scene_.joints) {
-    if (joint && (joint->desc.entity_a.id == id || joint->desc.entity_b.id == id)) UnjoinAndTell(JointId(joint->id));
-  }
+  const std::span<const uint32_t> slots = joint_index_.Of(EntityRow{id.index()});
+  for (const uint32_t slot : std::vector<uint32_t>(slots.begin(), slots.end())) UnjoinAndTell(scene_.joints[slot]->id);
 }
 
 void World::Drive(const SetMotorColumns& command) {

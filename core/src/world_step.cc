@@ -130,8 +130,9 @@ void StepRun::Advance() {
   scratch_.Begin(state_.rows());
   ran_ = true;
   GatherForces();
-  joints_.Start();
-  joints_.MarkHeld(scratch_.jointed);
+  joints_.Start(scratch_.jointed);
+  for (const EntityRow row : rows_) joints_.Hold(row);
+  for (const EntityRow row : kinematic_rows_) joints_.Hold(row);
   ChooseFlyers();
   last_substep_before_ = world_.layer_.last_substep;
   saved_.reserve(rows_.size() + kinematic_rows_.size());
@@ -169,6 +170,7 @@ void StepRun::RunEngine(uint32_t substeps) {
 
 void StepRun::FinishJoints() {
   for (JointId id : joints_.Finish(step_size_)) broken_.push_back(world_.Break(id));
+  world_.SettleAftermath();
 }
 
 void StepRun::Place(EntityRow row) {
@@ -200,6 +202,7 @@ void StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     rows_.insert(place, row);
     Save(row, true);
     AddMover(row);
+    joints_.Hold(row);
   }
   Mark("collide");
 }
@@ -217,6 +220,7 @@ bool StepRun::WakeTouched() {
   }
   WakeCarried(touched);
   for (EntityRow row : touched) world_.WakeIslandOf(row);
+  world_.WakeStirred();
   return !touched.empty();
 }
 
@@ -240,12 +244,16 @@ bool StepRun::WillTouch(const ContactPair& pair) const {
 
 // Whoever sleeps on a joint to what now moves by itself.
 void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
-  for (const std::optional<SceneJoint>& joint : world_.scene_.joints) {
-    if (!joint) continue;
-    const EntityRow a = RowOf(joint->desc.entity_a), b = RowOf(joint->desc.entity_b);
-    for (const auto& [row, other] : {std::pair(a, b), std::pair(b, a)}) {
-      if (row == kWorldRow || other == kWorldRow || !world_.active_[Index(other)]) continue;
-      if (state_.asleep[Index(row)] && !world_.layer_.faulted[Index(row)]) carried.push_back(row);
+  for (const std::span<const EntityRow> rows :
+       {std::span<const EntityRow>(rows_), {kinematic_rows_}, {world_.roused_}}) {
+    for (const EntityRow row : rows) {
+      if (!world_.active_[Index(row)]) continue;
+      for (const uint32_t slot : world_.joint_index_.Of(row)) {
+        const JointDesc& joint = world_.scene_.joints[slot]->desc;
+        const EntityRow other = RowOf(joint.entity_a) == row ? RowOf(joint.entity_b) : RowOf(joint.entity_a);
+        if (other == kWorldRow || !state_.asleep[Index(other)] || world_.layer_.faulted[Index(other)]) continue;
+        carried.push_back(other);
+      }
     }
   }
 }
@@ -323,28 +331,32 @@ void StepRun::RetireStrays() {
       strays.push_back(entity);
     }
   }
-  for (EntityRow row : strays) Retire(row);
+  if (!strays.empty()) Retire(strays);
 }
 
-void StepRun::Retire(EntityRow entity) {
-  const uint32_t row = Index(entity);
-  const auto saved = std::find_if(saved_.begin(), saved_.end(), [&](const Saved& s) { return s.row == entity; });
-  state_.set_pose(entity, saved->pose);
-  state_.linear_velocities.col(row).setZero();
-  state_.angular_velocities.col(row).setZero();
-  state_.asleep[row] = true;
-  world_.layer_.faulted[row] = true;
-  world_.layer_.half_steps[row].Forget();
-  world_.TellPose(entity);
-  world_.UpdateActive(entity);
-  std::erase(rows_, entity);
-  std::erase(kinematic_rows_, entity);
-  locked_.Forget(entity);
-  std::erase_if(movers_, [&](const Mover& mover) { return mover.row == entity; });
-  const EntityId id = state_.ids[row];
-  world_.EndPassage(id);
-  std::erase_if(world_.layer_.forces, [&](const PendingForce& force) { return force.id == id; });
-  faulted_.push_back(id);
+void StepRun::Retire(std::span<const EntityRow> strays) {
+  for (const EntityRow row : strays) scratch_.strays.Mark(row);
+  const auto is_stray = [&](EntityRow row) { return scratch_.strays[row]; };
+  for (const Saved& saved : saved_) {
+    if (is_stray(saved.row)) state_.set_pose(saved.row, saved.pose);
+  }
+  for (const EntityRow entity : strays) {
+    const uint32_t row = Index(entity);
+    state_.linear_velocities.col(row).setZero();
+    state_.angular_velocities.col(row).setZero();
+    state_.asleep[row] = true;
+    world_.layer_.faulted[row] = true;
+    world_.layer_.half_steps[row].Forget();
+    world_.TellPose(entity);
+    world_.UpdateActive(entity);
+    locked_.Forget(entity);
+    world_.EndPassage(state_.ids[row]);
+    faulted_.push_back(state_.ids[row]);
+  }
+  std::erase_if(rows_, is_stray);
+  std::erase_if(kinematic_rows_, is_stray);
+  std::erase_if(movers_, [&](const Mover& mover) { return is_stray(mover.row); });
+  std::erase_if(world_.layer_.forces, [&](const PendingForce& force) { return is_stray(EntityRow{force.id.index()}); });
 }
 
 }  // namespace genphys

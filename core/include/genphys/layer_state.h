@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,6 @@ struct LastTouch {
 
 /// The way of a kinematic entity to a pose.
 struct Passage {
-  EntityId id;
   Pose target;
   uint32_t steps_left = 0;  // zero: it is there and has still to be stopped
 };
@@ -105,7 +105,7 @@ struct LayerState {
   std::vector<TouchingPair> touching;
   std::vector<TouchingPair> lying;
   std::vector<PendingForce> forces;  // in order of command
-  std::vector<Passage> passages;     // in order of command, one per entity
+  std::map<EntityId, Passage> passages;
   IdAllocator joint_ids;
   std::vector<JointState> joints;                    // by slot of the joint's id
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "genphys/bounds.h"
 #include "genphys/command.h"
 #include "genphys/event.h"
+#include "genphys/joint_index.h"
 #include "genphys/layer_state.h"
 #include "genphys/pair_rule.h"
 #include "genphys/placement.h"
@@ -137,17 +139,29 @@ class World {
   bool EndPassage(EntityId id);
   void Halt(EntityId id);
   void DropLockedOf(EntityRow row);
-  EntityId CreateField(const CreateForceField& command, std::span<const CreatedId> created);
-  void SetField(ForceFieldId id, ForceField field);
-  void RestartAll();
-  bool HasSpring(EntityId id) const;
-  void RemoveFieldsOf(EntityId id);
   void ApplyOne(const Command& command);
   void Grow();
   void AttachBody(EntityRow row);
   void DetachBody(EntityRow row);
   void Revive(EntityRow row);
   void IgnoreOthers(const SceneEntity& entity, bool ignores);
+
+  // What commands leave to be done once for all of them (world_aftermath.cc).
+  void Unforce(EntityId id);
+  void SettleAftermath();
+  void EndTouches();
+  void DropForces();
+  void WakeStirred();
+  void RecordEnd(const TouchingPair& touching);
+
+  // Force fields (world_fields.cc).
+  EntityId CreateField(const CreateForceField& command, std::span<const CreatedId> created);
+  void UpdateField(const UpdateForceField& command);
+  void DeleteField(ForceFieldId id);
+  void SetField(ForceFieldId id, ForceField field);
+  void EndFieldsOfDeleted();
+  bool HasPushedSpring() const;
+  void RestartAll();
 
   // Joints (world_joints.cc).
   JointId Join(JointDesc joint);
@@ -177,7 +191,6 @@ class World {
   void StirLying();
   void LayLying();
   void Record(EventKind kind);
-  void RecordEnd(const TouchingPair& touching);
   void FinishEvents(size_t first);
   Status Diverged(std::string_view why);
 
@@ -211,8 +224,17 @@ class World {
   std::vector<EntityId> woken_;  // not told yet
   uint32_t active_count_ = 0;
   std::vector<EntityRow> roused_;  // since the step began
-  bool is_stirred_ = false;        // somebody of whom LayerState::lying tells may be active
-  bool contacts_stale_ = true;     // something moved, came or changed since the last Collide()
+  struct Aftermath {
+    std::vector<EntityRow> stirred;        // wake with their islands
+    std::vector<EntityId> displaced;       // whoever touches them wakes
+    std::vector<EntityId> detached;        // touch nobody any more
+    std::vector<EntityId> pushed;          // where springs tie them to others, all wake
+    std::vector<EntityId> deleted;         // fields act on them no more
+    std::map<EntityId, size_t> forceless;  // nor do so many of the first forces
+  };
+  Aftermath aftermath_;
+  bool is_stirred_ = false;     // somebody of whom LayerState::lying tells may be active
+  bool contacts_stale_ = true;  // something moved, came or changed since the last Collide()
   uint64_t changes_ = 0;
   bool is_settled_ = false;  // no impact is left of the step before, and no command came since
   bool faulted_ = false;
@@ -221,6 +243,7 @@ class World {
   bool record_stats_ = false;
   StepStats stats_;
   std::vector<Event> events_;
+  JointIndex joint_index_;
   std::unique_ptr<JointStep> joint_step_;
   struct Initial;
   std::unique_ptr<StepScratch> scratch_;

@@ -1,0 +1,104 @@
+// What a batch of commands leaves to be done once for all of them. Each of many would otherwise look by itself through
+// all that the world has of something: what touches, what is asleep, forces and fields. A step leaves some too.
+#include <algorithm>
+#include <utility>
+
+#include "genphys/world.h"
+#include "sleeping.h"
+
+namespace genphys {
+namespace {
+
+void Order(std::vector<EntityId>& ids) {
+  std::ranges::sort(ids);
+  const auto same = std::ranges::unique(ids);
+  ids.erase(same.begin(), same.end());
+}
+
+}  // namespace
+
+// The forces that act on the entity now will do so no more; later ones will.
+void World::Unforce(EntityId id) {
+  if (!layer_.forces.empty()) aftermath_.forceless[id] = layer_.forces.size();
+}
+
+void World::WakeIslandOf(EntityRow row) {
+  layer_.rest_times[Index(row)] = 0;
+  if (state_.asleep[Index(row)]) aftermath_.stirred.push_back(row);
+}
+
+void World::WakeNeighboursOf(EntityRow row) {
+  aftermath_.displaced.push_back(state_.ids[Index(row)]);
+  for (const uint32_t slot : joint_index_.Of(row)) {
+    const JointDesc& joint = scene_.joints[slot]->desc;
+    const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
+    const EntityRow other = a == row ? b : a;
+    if (other != kWorldRow) WakeIslandOf(other);
+  }
+}
+
+void World::SettleAftermath() {
+  for (auto* ids : {&aftermath_.displaced, &aftermath_.detached, &aftermath_.pushed, &aftermath_.deleted}) Order(*ids);
+  EndTouches();
+  DropForces();
+  if (!aftermath_.pushed.empty() && HasPushedSpring()) WakeAll();
+  if (!aftermath_.deleted.empty()) EndFieldsOfDeleted();
+  WakeStirred();
+  aftermath_.displaced.clear();
+  aftermath_.detached.clear();
+  aftermath_.pushed.clear();
+  aftermath_.deleted.clear();
+}
+
+void World::EndTouches() {
+  if (aftermath_.displaced.empty()) return;  // whoever was detached is there too
+  const auto left = [&](EntityId id) { return std::ranges::binary_search(aftermath_.displaced, id); };
+  const auto is_detached = [&](EntityId id) { return std::ranges::binary_search(aftermath_.detached, id); };
+  const auto wake = [&](EntityId id) {
+    if (state_.ids[id.index()] == id) WakeIslandOf(EntityRow{id.index()});
+  };
+  const auto is_over = [&](const TouchingPair& touching) {
+    return is_detached(touching.pair.a) || is_detached(touching.pair.b);
+  };
+  std::vector<TouchingPair> ended;
+  for (std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
+    for (const TouchingPair& touching : *pairs) {
+      const auto& [a, b] = touching.pair;
+      if (left(a)) wake(b);
+      if (left(b)) wake(a);
+      if (is_over(touching)) ended.push_back(touching);
+    }
+    if (!ended.empty()) std::erase_if(*pairs, is_over);
+  }
+  std::ranges::sort(ended);
+  for (const TouchingPair& touching : ended) RecordEnd(touching);
+}
+
+void World::RecordEnd(const TouchingPair& touching) {
+  const EventKinds& kinds = scene_.world.recorded_events;
+  const auto& [a, b] = touching.pair;
+  if (!touching.is_sensor && kinds.contacts) Record(ContactEnded{touching.pair});
+  if (touching.is_sensor && kinds.sensors) {
+    Record(touching.a_is_sensor ? SensorLeft{a, b} : SensorLeft{b, a});
+  }
+}
+
+void World::DropForces() {
+  if (aftermath_.forceless.empty()) return;
+  std::vector<PendingForce> kept;
+  kept.reserve(layer_.forces.size());
+  for (size_t i = 0; i < layer_.forces.size(); ++i) {
+    const auto forceless = aftermath_.forceless.find(layer_.forces[i].id);
+    if (forceless == aftermath_.forceless.end() || i >= forceless->second) kept.push_back(layer_.forces[i]);
+  }
+  layer_.forces = std::move(kept);
+  aftermath_.forceless.clear();
+}
+
+void World::WakeStirred() {
+  if (aftermath_.stirred.empty()) return;
+  for (const EntityRow sleeper : SleepingIslands(scene_, state_, layer_, aftermath_.stirred)) Wake(sleeper);
+  aftermath_.stirred.clear();
+}
+
+}  // namespace genphys
