@@ -36,6 +36,7 @@ struct Body {
   EntityId id;
   MotionType motion_type = MotionType::kStatic;
   bool is_active = true;
+  bool is_removed = false;   // is not in the world any more, but may be remembered
   bool is_moved = false;     // its geometries are not yet where its pose says
   uint64_t solve_stamp = 0;  // of the last solve that moved it
   uint64_t touch_stamp = 0;  // of the last solve that held it by a contact or a joint

@@ -20,6 +20,8 @@ bool ComesBefore(const X& x, const Y& y) {
 // Neither side moves, so that the pair is not looked at.
 bool IsResting(const PairMemory& memory) { return !memory.a->body->is_moving() && !memory.b->body->is_moving(); }
 
+bool IsOfRemoved(const PairMemory& memory) { return memory.a->body->is_removed || memory.b->body->is_removed; }
+
 template <typename T>
 void Append(const T& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
@@ -90,10 +92,8 @@ void WarmStart::PassOver(const PairMemory& memory) {
   if (IsResting(memory)) resting_.push_back(memory);
 }
 
-void WarmStart::Forget(const Body& body) {
-  for (std::vector<PairMemory>* list : {&pairs_, &resting_}) {
-    std::erase_if(*list, [&](const PairMemory& memory) { return memory.a->body == &body || memory.b->body == &body; });
-  }
+void WarmStart::ForgetRemoved() {
+  for (std::vector<PairMemory>* list : {&pairs_, &resting_}) std::erase_if(*list, IsOfRemoved);
 }
 
 double WarmStart::ScaleTo(double step_size) {
@@ -104,7 +104,9 @@ double WarmStart::ScaleTo(double step_size) {
 void WarmStart::Save(std::string& bytes) const {
   std::vector<const PairMemory*> all;
   for (const std::vector<PairMemory>* list : {&pairs_, &resting_}) {
-    for (const PairMemory& memory : *list) all.push_back(&memory);
+    for (const PairMemory& memory : *list) {
+      if (!IsOfRemoved(memory)) all.push_back(&memory);
+    }
   }
   std::sort(all.begin(), all.end(), [](const auto* x, const auto* y) { return ComesBefore(*x, *y); });
   Append(step_size_, bytes);

@@ -50,7 +50,9 @@ class WarmStart {
   /// Tells that a body moves again.
   void Wake() { has_woken_ = true; }
 
-  void Forget(const Body& body);
+  /// Forgets the pairs of bodies that were removed. They must still be there.
+  void ForgetRemoved();
+  size_t size() const { return pairs_.size() + resting_.size(); }
 
   /// By what to multiply the impulses of the last step for one of `step_size` seconds: they grow with the time.
   double ScaleTo(double step_size);

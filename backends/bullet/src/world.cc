@@ -39,9 +39,17 @@ void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
 }
 
 void World::RemoveBody(EntityRow row) {
-  warm_start_.Forget(body(row));
   for (const PlacedGeometry& geometry : body(row).geometries) geometries_[Index(geometry.row)] = nullptr;
-  bodies_[Index(row)].reset();
+  body(row).is_removed = true;
+  removed_.push_back(std::move(bodies_[Index(row)]));
+  // Looking for what is remembered of one takes as long as for many.
+  if (removed_.size() > warm_start_.size()) ForgetRemoved();
+}
+
+void World::ForgetRemoved() {
+  if (removed_.empty()) return;
+  warm_start_.ForgetRemoved();
+  removed_.clear();
 }
 
 void World::SetActive(std::span<const EntityRow> rows, bool active) {
@@ -83,6 +91,7 @@ PlacedGeometry& World::geometry(GeometryRow row) {
 }
 
 void World::Recall(const ContactBuffer& solved) {
+  ForgetRemoved();
   warm_start_.Begin();
   for (const ContactPair& pair : solved.pairs) {
     if (pair.is_sensor) continue;
@@ -98,6 +107,7 @@ void World::Recall(const ContactBuffer& solved) {
 
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
+  ForgetRemoved();
   RecogniseContacts(contacts);
   ++solve_stamp_;
   for (const EntityRow row : rows) body(row).solve_stamp = solve_stamp_;
@@ -107,10 +117,10 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   }
   islands_.Find(state.rows(), rows, contacts, joint_rows);
   const double warm_scale = warm_start_.ScaleTo(step_size);
-  for (uint32_t i = 0; i < islands_.islands().size(); ++i) {
-    if (IsDirect(islands_.islands()[i])) SolveGroup(i, step_size, warm_scale, state, contacts, joint_rows);
-  }
-  SolveGroup(Islands::kNone, step_size, warm_scale, state, contacts, joint_rows);
+  SortIntoGroups(contacts, joint_rows);
+  for (size_t i = 1; i < group_count_; ++i)
+    SolveGroup(groups_[i], true, step_size, warm_scale, state, contacts, joint_rows);
+  SolveGroup(groups_[0], false, step_size, warm_scale, state, contacts, joint_rows);
   for (const EntityRow row : rows) Move(body(row), step_size, state);
 }
 
@@ -130,14 +140,33 @@ bool World::IsDirect(const Islands::Island& island) const {
   return island.joint_rows > 0 && 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax;
 }
 
-void World::SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
-                       ContactBuffer& contacts, std::span<JointRow> joint_rows) {
+void World::SortIntoGroups(const ContactBuffer& contacts, std::span<const JointRow> joint_rows) {
+  group_count_ = 1;
+  group_of_.clear();
+  for (const Islands::Island& island : islands_.islands()) group_of_.push_back(IsDirect(island) ? group_count_++ : 0);
+  if (groups_.size() < group_count_) groups_.resize(group_count_);
+  for (size_t i = 0; i < group_count_; ++i) {
+    groups_[i].pairs.clear();
+    groups_[i].rows.clear();
+  }
+  for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
+    const ContactPair& pair = contacts.pairs[i];
+    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
+    if (!pair.is_sensor && island != Islands::kNone) groups_[group_of_[island]].pairs.push_back(i);
+  }
+  for (uint32_t i = 0; i < joint_rows.size(); ++i) {
+    const uint32_t island = islands_.IslandOf(joint_rows[i].a, joint_rows[i].b);
+    if (island != Islands::kNone) groups_[group_of_[island]].rows.push_back(i);
+  }
+}
+
+void World::SolveGroup(const Group& group, bool all_at_once, double step_size, double warm_scale,
+                       const StateArrays& state, ContactBuffer& contacts, std::span<JointRow> joint_rows) {
   ++group_stamp_;
   solver_.Begin(step_size, warm_scale);
-  LoadContacts(island, state, contacts);
-  LoadRows(island, state, joint_rows);
-  if (solver_.is_empty()) return;
-  solver_.Solve(island != Islands::kNone);
+  LoadContacts(group, state, contacts);
+  LoadRows(group, state, joint_rows);
+  if (!solver_.is_empty()) solver_.Solve(all_at_once);
 }
 
 // Null if nothing that happens in this solve can move the body and it does not move by itself either.
@@ -153,16 +182,9 @@ Body* World::Load(Body& body, const StateArrays& state) {
   return &body;
 }
 
-bool World::IsInGroup(uint32_t island, EntityRow a, EntityRow b) const {
-  const uint32_t own = islands_.IslandOf(a, b);
-  if (own == Islands::kNone || own == island) return own == island && own != Islands::kNone;
-  return island == Islands::kNone && !IsDirect(islands_.islands()[own]);
-}
-
-void World::LoadContacts(uint32_t island, const StateArrays& state, ContactBuffer& contacts) {
-  for (size_t i = 0; i < contacts.pairs.size(); ++i) {
+void World::LoadContacts(const Group& group, const StateArrays& state, ContactBuffer& contacts) {
+  for (const uint32_t i : group.pairs) {
     const ContactPair& pair = contacts.pairs[i];
-    if (pair.is_sensor || !IsInGroup(island, pair.entity_a, pair.entity_b)) continue;
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
     PerPoint<PointImpulse>& impulses = warm_start_.pairs()[i].impulses;
@@ -170,15 +192,13 @@ void World::LoadContacts(uint32_t island, const StateArrays& state, ContactBuffe
   }
 }
 
-void World::LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows) {
+void World::LoadRows(const Group& group, const StateArrays& state, std::span<JointRow> joint_rows) {
   const auto load = [&](EntityRow row) -> Body* {
     // The world and entities without physics are no bodies here.
     const bool is_body = Index(row) < bodies_.size() && bodies_[Index(row)] != nullptr;
     return is_body ? Load(body(row), state) : nullptr;
   };
-  for (JointRow& row : joint_rows) {
-    if (IsInGroup(island, row.a, row.b)) solver_.AddRow(load(row.a), load(row.b), row);
-  }
+  for (const uint32_t i : group.rows) solver_.AddRow(load(joint_rows[i].a), load(joint_rows[i].b), joint_rows[i]);
 }
 
 void World::Move(Body& body, double step_size, StateArrays& state) {

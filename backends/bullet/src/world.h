@@ -36,25 +36,35 @@ class World final : public BackendWorld {
  private:
   Body& body(EntityRow row) { return *bodies_[Index(row)]; }
   PlacedGeometry& geometry(GeometryRow row);
+  void ForgetRemoved();
   void RecogniseContacts(ContactBuffer& contacts);
   Body* Load(Body& body, const StateArrays& state);
   bool IsDirect(const Islands::Island& island) const;
-  // The contacts and rows of one island, or with kNone of all those that are not solved all at once.
-  void SolveGroup(uint32_t island, double step_size, double warm_scale, const StateArrays& state,
+  // What is solved together: numbers of contact pairs and of rows of joints.
+  struct Group {
+    std::vector<uint32_t> pairs;
+    std::vector<uint32_t> rows;
+  };
+
+  void SortIntoGroups(const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
+  void SolveGroup(const Group& group, bool all_at_once, double step_size, double warm_scale, const StateArrays& state,
                   ContactBuffer& contacts, std::span<JointRow> joint_rows);
-  bool IsInGroup(uint32_t island, EntityRow a, EntityRow b) const;
-  void LoadContacts(uint32_t island, const StateArrays& state, ContactBuffer& contacts);
-  void LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows);
+  void LoadContacts(const Group& group, const StateArrays& state, ContactBuffer& contacts);
+  void LoadRows(const Group& group, const StateArrays& state, std::span<JointRow> joint_rows);
   void Move(Body& body, double step_size, StateArrays& state);
 
-  std::vector<std::unique_ptr<Body>> bodies_;  // by entity row
-  std::vector<PlacedGeometry*> geometries_;    // by geometry row
+  std::vector<std::unique_ptr<Body>> bodies_;   // by entity row
+  std::vector<PlacedGeometry*> geometries_;     // by geometry row
+  std::vector<std::unique_ptr<Body>> removed_;  // that warm_start_ may still know of
   ContactSolver solver_;
   WarmStart warm_start_;  // its pairs are those of the last Solve()
   uint64_t solve_stamp_ = 0;
   uint64_t group_stamp_ = 0;
   StepperSettings settings_;
   Islands islands_;
+  std::vector<Group> groups_;      // the first: all that is not solved all at once; then an island each
+  size_t group_count_ = 1;         // of this solve
+  std::vector<size_t> group_of_;   // by island
   std::vector<EntityRow> scaled_;  // bodies that are harder to turn
 };
 
