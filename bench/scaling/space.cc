@@ -15,10 +15,13 @@ constexpr size_t kRow = 10;
 constexpr size_t kMembers = kRow * kRow * kRow;
 // Bar: no more than without the space, but for what two measurements of the same differ by.
 constexpr double kRatioMax = 1.05;
+// Bar: members that overlap are no dearer than those that do not.
+constexpr double kCrowdRatioMax = 1.2;
 
 constexpr double kSide = 1;            // m
 constexpr double kWide = 1;            // m, gaps in which nobody is near anybody
 constexpr double kNarrow = 0.01;       // m, gaps that are too wide to touch and too narrow to fly on unasked
+constexpr double kCrowded = -0.999;    // m: all overlap
 constexpr double kMembersSpeed = 0.5;  // m/s, the same for all
 
 struct Setting {
@@ -80,6 +83,29 @@ class Worlds {
   size_t next_ = 0;
 };
 
+// Members that are all in the same place, against members that are not near each other.
+void MeasureCrowd(const Bench& bench, Outcome& outcome) {
+  const Setting apart{.name = "apart", .speed = kMembersSpeed};
+  const Setting crowded{.name = "all in one place", .gap = kCrowded, .speed = kMembersSpeed};
+  Worlds few(bench, apart, "swarm"), many(bench, crowded, "swarm");
+  const auto party = [&](const Setting& setting, Worlds& worlds) {
+    return Party{.series = setting.name,
+                 .name = "members of one space, " + setting.name,
+                 .size = static_cast<double>(kMembers),
+                 .step = [&worlds] { worlds.Step(); },
+                 .explain = [&worlds] { return worlds.Explain(); }};
+  };
+  const std::vector<Party> parties{party(apart, few), party(crowded, many)};
+  const Race race = TakeTurns(parties, bench.plan, bench.engine + " space, all in one place");
+  few.CheckUntouched();
+  many.CheckUntouched();
+  Outcome found = Describe("space", bench.engine, parties, race);
+  found.figures = {{.name = "members of one space, all in one place / apart",
+                    .value = SpreadOf(race.Ratios(1, 0)),
+                    .at_most = kCrowdRatioMax}};
+  Append(std::move(found), outcome);
+}
+
 void Measure(const Bench& bench, const Setting& setting, Outcome& outcome) {
   Worlds without(bench, setting, ""), with(bench, setting, "swarm");
   const auto party = [&](const std::string& series, Worlds& worlds) {
@@ -108,6 +134,7 @@ Outcome MeasureSpace(const Bench& bench) {
        {.name = "members move", .speed = kMembersSpeed},
        {.name = "members move close together", .gap = kNarrow, .speed = kMembersSpeed}}};
   for (const Setting& setting : kSettings) Measure(bench, setting, outcome);
+  MeasureCrowd(bench, outcome);
   return outcome;
 }
 

@@ -25,9 +25,9 @@ bool BoxRay::Meets(const Bounds& box, double fraction) const {
   return enter <= leave;
 }
 
-BoundsTree::Node BoundsTree::Insert(const Bounds& box, GeometryRow row) {
+BoundsTree::Node BoundsTree::Insert(const Bounds& box, GeometryRow row, uint32_t group) {
   const Node leaf = Allocate();
-  nodes_[leaf] = Entry{.box = box, .row = row};
+  nodes_[leaf] = Entry{.box = box, .group = group, .row = row};
   if (root_ == kNone) {
     root_ = leaf;
     return leaf;
@@ -35,7 +35,7 @@ BoundsTree::Node BoundsTree::Insert(const Bounds& box, GeometryRow row) {
   const Node sibling = FindSibling(box);
   const Node joint = Allocate();
   const Node parent = nodes_[sibling].parent;
-  nodes_[joint] = {.box = box, .parent = parent, .children = {sibling, leaf}, .height = 1, .row = {}};
+  nodes_[joint] = {.box = box, .parent = parent, .children = {sibling, leaf}, .height = 1};
   Replace(parent, sibling, joint);
   nodes_[sibling].parent = joint;
   nodes_[leaf].parent = joint;
@@ -100,6 +100,7 @@ void BoundsTree::Update(Node node) {
   const Entry& second = nodes_[entry.children[1]];
   entry.box = first.box.Union(second.box);
   entry.height = 1 + std::max(first.height, second.height);
+  entry.group = first.group == second.group ? first.group : kNoGroup;
 }
 
 // Where one side is two levels taller, its root takes the place of `node`, which takes the lower grandchild in return.

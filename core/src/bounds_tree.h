@@ -21,28 +21,32 @@ class BoxRay {
   Vector3 inverse_;
 };
 
-/// A balanced tree of boxes, one leaf for each geometry. What it finds does not depend on how it came about, only the
-/// order in which it finds it does. Insertion, removal and queries take logarithmic time.
+/// A balanced tree of boxes, one leaf for each geometry. Leaves may belong to groups, of which a search can leave one
+/// out and then does not go down to its members where they are among themselves. What it finds does not depend on how
+/// it came about, only the order in which it finds it does. Insertion, removal and queries take logarithmic time.
 class BoundsTree {
  public:
   using Node = int32_t;
   static constexpr Node kNone = -1;
 
+  /// Of leaves that belong to none.
+  static constexpr uint32_t kNoGroup = 0;
+
   /// A leaf that stays valid until it is removed.
-  Node Insert(const Bounds& box, GeometryRow row);
+  Node Insert(const Bounds& box, GeometryRow row, uint32_t group);
   void Remove(Node leaf);
   const Bounds& box(Node leaf) const { return nodes_[leaf].box; }
 
-  /// Calls visit(row) for each leaf whose box overlaps `box`.
+  /// Calls visit(row) for each leaf whose box overlaps `box`, but for those of the group `left_out`.
   template <typename Visit>
-  void VisitOverlaps(const Bounds& box, Visit&& visit) const {
-    VisitIf([&](const Bounds& candidate) { return candidate.Overlaps(box); }, visit);
+  void VisitOverlaps(const Bounds& box, uint32_t left_out, Visit&& visit) const {
+    VisitIf([&](const Bounds& candidate) { return candidate.Overlaps(box); }, left_out, visit);
   }
 
   /// Calls visit(row) for each leaf whose box `ray` meets in its first `fraction`, which `visit` may lower meanwhile.
   template <typename Visit>
   void VisitRay(const BoxRay& ray, const double& fraction, Visit&& visit) const {
-    VisitIf([&](const Bounds& candidate) { return ray.Meets(candidate, fraction); }, visit);
+    VisitIf([&](const Bounds& candidate) { return ray.Meets(candidate, fraction); }, kNoGroup, visit);
   }
 
  private:
@@ -50,7 +54,8 @@ class BoundsTree {
     Bounds box;
     Node parent = kNone;
     Node children[2] = {kNone, kNone};
-    int32_t height = 0;  // of a leaf: zero
+    int32_t height = 0;         // of a leaf: zero
+    uint32_t group = kNoGroup;  // of all below, if it is the same
     GeometryRow row{};
 
     bool is_leaf() const { return height == 0; }
@@ -60,14 +65,14 @@ class BoundsTree {
   static constexpr size_t kWalkSizeMax = 64;
 
   template <typename Test, typename Visit>
-  void VisitIf(Test&& test, Visit&& visit) const {
+  void VisitIf(Test&& test, uint32_t left_out, Visit&& visit) const {
     if (root_ == kNone) return;
     std::array<Node, kWalkSizeMax> open;
     size_t count = 0;
     open[count++] = root_;
     while (count > 0) {
       const Entry& entry = nodes_[open[--count]];
-      if (!test(entry.box)) continue;
+      if (!test(entry.box) || (entry.group != kNoGroup && entry.group == left_out)) continue;
       if (entry.is_leaf()) {
         visit(entry.row);
       } else {

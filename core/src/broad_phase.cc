@@ -16,8 +16,10 @@ Bounds Widened(const Bounds& box, const Vector3& displacement) {
 
 }  // namespace
 
-void BroadPhase::Add(GeometryRow row, const Bounds& box, bool moving) {
-  NewProxy(row).box = box;
+void BroadPhase::Add(GeometryRow row, const Bounds& box, bool moving, uint32_t group) {
+  Proxy& proxy = NewProxy(row);
+  proxy.box = box;
+  proxy.group = group;
   Enter(row, moving);
 }
 
@@ -45,7 +47,7 @@ void BroadPhase::Move(GeometryRow row, const Bounds& box) {
   // What jumps further than its own size was put there, and says nothing of where it goes next.
   const bool jumped = displacement.squaredNorm() > (box.max - box.min).squaredNorm();
   const Vector3 ahead = jumped ? Vector3::Zero() : displacement;
-  proxy.leaf = tree.Insert(proxy.kind == Kind::kMoving ? Widened(box, ahead) : box, row);
+  proxy.leaf = tree.Insert(proxy.kind == Kind::kMoving ? Widened(box, ahead) : box, row, proxy.group);
   MarkFresh(row);
 }
 
@@ -98,10 +100,10 @@ void BroadPhase::Enter(GeometryRow row, bool moving) {
   proxy.kind = moving ? Kind::kMoving : Kind::kResting;
   MarkFresh(row);
   if (!moving) {
-    proxy.leaf = resting_.Insert(proxy.box, row);
+    proxy.leaf = resting_.Insert(proxy.box, row, proxy.group);
     return;
   }
-  proxy.leaf = moving_.Insert(Widened(proxy.box, Vector3::Zero()), row);
+  proxy.leaf = moving_.Insert(Widened(proxy.box, Vector3::Zero()), row, proxy.group);
   proxy.index = static_cast<uint32_t>(moving_rows_.size());
   moving_rows_.push_back(row);
 }

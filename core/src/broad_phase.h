@@ -16,7 +16,8 @@ class BroadPhase {
     double offset = 0;
   };
 
-  void Add(GeometryRow row, const Bounds& box, bool moving);
+  /// Of geometries of the same `group`, unless it is BoundsTree::kNoGroup, none is a neighbour of another.
+  void Add(GeometryRow row, const Bounds& box, bool moving, uint32_t group);
   void AddHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void Remove(GeometryRow row);
 
@@ -54,12 +55,13 @@ class BroadPhase {
     moving_.VisitRay(box_ray, fraction, visit);
   }
 
-  /// Calls visit(row) for each geometry whose neighbourhood overlaps `box`, and for all planes.
+  /// Calls visit(row) for each geometry whose neighbourhood overlaps `box`, and for all planes, but for boxes of the
+  /// group `left_out`.
   template <typename Visit>
-  void VisitBounds(const Bounds& box, Visit&& visit) const {
+  void VisitBounds(const Bounds& box, uint32_t left_out, Visit&& visit) const {
     for (const Plane& plane : planes_) visit(plane.row);
-    resting_.VisitOverlaps(box, visit);
-    moving_.VisitOverlaps(box, visit);
+    resting_.VisitOverlaps(box, left_out, visit);
+    moving_.VisitOverlaps(box, left_out, visit);
   }
 
  private:
@@ -69,6 +71,7 @@ class BroadPhase {
     Bounds box;  // tight
     BoundsTree::Node leaf = BoundsTree::kNone;
     uint32_t index = 0;  // in moving_rows_ or planes_
+    uint32_t group = BoundsTree::kNoGroup;
     Kind kind = Kind::kAbsent;
     bool is_fresh = false;
   };
@@ -90,9 +93,9 @@ class BroadPhase {
       return;
     }
     const Bounds& box = Neighbourhood(proxy);
-    moving_.VisitOverlaps(box, visit);
+    moving_.VisitOverlaps(box, proxy.group, visit);
     if (proxy.kind != Kind::kMoving) return;
-    resting_.VisitOverlaps(box, visit);
+    resting_.VisitOverlaps(box, proxy.group, visit);
     for (const Plane& plane : planes_) {
       if (Reaches(box, plane.half_space)) visit(plane.row);
     }

@@ -37,13 +37,12 @@ class Sweeper {
                      const Vector3& translation, std::vector<SweptPair>& swept) {
     const Bounds bounds = BoundsOf(geometry.shape, start);
     found_.clear();
-    near_.VisitBounds(bounds.Union({bounds.min + translation, bounds.max + translation}),
-                      [&](GeometryRow other) { found_.push_back(other); });
+    const Bounds swept_bounds = bounds.Union({bounds.min + translation, bounds.max + translation});
+    near_.VisitOthers(world_.rule, own, swept_bounds, [&](GeometryRow other) {
+      if (world_.rule.Decide(own, other) == PairRule::Verdict::kCollide) found_.push_back(other);
+    });
     std::sort(found_.begin(), found_.end(), [&](GeometryRow a, GeometryRow b) { return world_.rule.Before(a, b); });
-    for (const GeometryRow other : found_) {
-      if (world_.rule.Decide(own, other) != PairRule::Verdict::kCollide) continue;
-      Meet(way, own, geometry, start, translation, other, swept);
-    }
+    for (const GeometryRow other : found_) Meet(way, own, geometry, start, translation, other, swept);
   }
 
   void Meet(const FlownWay& way, GeometryRow own, const Geometry& geometry, const Placement& start,

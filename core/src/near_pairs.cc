@@ -47,12 +47,13 @@ bool IsMoving(const RigidBody& body, bool is_active) { return is_active && body.
 
 }  // namespace
 
-void NearPairs::Add(const Member& member, const Pose& pose, bool is_active) {
+void NearPairs::Add(const PairRule& rule, const Member& member, const Pose& pose, bool is_active) {
+  static_assert(BoundsTree::kNoGroup == 0, "the number of no collision space");
   VisitPlaced(member, pose, [&](GeometryRow row, const Shape& shape, const Placement& placement) {
     if (const Plane* plane = std::get_if<Plane>(&shape)) {
       broad_phase_.AddHalfSpace(row, HalfSpaceOf(*plane, placement));
     } else {
-      broad_phase_.Add(row, WidenedBounds(shape, placement), IsMoving(member.body, is_active));
+      broad_phase_.Add(row, WidenedBounds(shape, placement), IsMoving(member.body, is_active), rule.info(row).space);
     }
   });
 }

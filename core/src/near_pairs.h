@@ -21,7 +21,8 @@ class NearPairs {
     std::span<const GeometryRow> geometries;
   };
 
-  void Add(const Member& member, const Pose& pose, bool is_active);
+  /// Its geometries are known to `rule`.
+  void Add(const PairRule& rule, const Member& member, const Pose& pose, bool is_active);
   void Remove(std::span<const GeometryRow> geometries);
   void SetActive(const Member& member, bool is_active);
 
@@ -73,7 +74,13 @@ class NearPairs {
   /// Calls visit(row) for each geometry that may overlap `bounds`, and for all planes.
   template <typename Visit>
   void VisitBounds(const Bounds& bounds, Visit&& visit) const {
-    broad_phase_.VisitBounds(bounds, visit);
+    broad_phase_.VisitBounds(bounds, BoundsTree::kNoGroup, visit);
+  }
+
+  /// The same for `own`, without most of those that it ignores since they are in its collision space.
+  template <typename Visit>
+  void VisitOthers(const PairRule& rule, GeometryRow own, const Bounds& bounds, Visit&& visit) const {
+    broad_phase_.VisitBounds(bounds, rule.info(own).space, visit);
   }
 
  private:

@@ -214,7 +214,7 @@ void World::AddToEngine(EntityRow row) {
   const SceneEntity& entity = *scene_.entities[Index(row)];
   const RigidBody& body = *entity.desc->rigid_body;
   engine_->AddBody({row, entity.id, body, entity.mass, geometry_rows_[Index(row)]}, state_);
-  near_->Add({body, geometry_rows_[Index(row)]}, state_.pose(row), true);
+  near_->Add(rule_, {body, geometry_rows_[Index(row)]}, state_.pose(row), true);
   reaches_[Index(row)] = ReachOf(body, entity.mass.center_of_mass);
   flown_[Index(row)] = false;
   SetActive(row, true);

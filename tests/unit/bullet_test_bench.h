@@ -34,7 +34,7 @@ struct Bench {
     state.angular_velocities.col(Index(row)) = body.angular_velocity;
     const std::vector<GeometryRow> geometries = rule.Add(row, id, body);
     world->AddBody({.row = row, .id = id, .body = body, .mass = mass, .geometries = geometries}, state);
-    near.Add({body, geometries}, pose, true);
+    near.Add(rule, {body, geometries}, pose, true);
     bodies.resize(state.rows());
     bodies[Index(row)] = {body, geometries};
     if (is_dynamic) SetMoving(row, true);

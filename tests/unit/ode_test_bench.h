@@ -35,7 +35,7 @@ class Bench {
     }
     const auto geometries = rule.Add(row, id, body);
     world_->AddBody({.row = row, .id = id, .body = body, .mass = mass, .geometries = geometries}, state);
-    near_.Add({body, geometries}, pose, true);
+    near_.Add(rule, {body, geometries}, pose, true);
     bodies_.push_back({body, geometries});
     return row;
   }
