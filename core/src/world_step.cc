@@ -24,6 +24,17 @@ Status World::Step(std::optional<double> step_size) {
   return StepRun(*this, size).Run();
 }
 
+bool World::IsAtRest() const {
+  if (faulted_) return false;
+  return engine_ == nullptr || (active_count_ == 0 && layer_.passages.empty() && woken_.empty());
+}
+
+void World::StepAtRest(uint64_t count) {
+  // One by one, for the time to be that of as many steps to the last bit.
+  for (uint64_t i = 0; i < count; ++i) layer_.simulation_time += scene_.world.stepper.step_size;
+  layer_.step += count;
+}
+
 StepRun::StepRun(World& world, double step_size)
     : world_(world),
       step_size_(step_size),

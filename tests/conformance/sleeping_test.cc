@@ -35,6 +35,31 @@ TEST_P(Sleeping, NothingChangesWhileAllSleep) {
   EXPECT_TRUE(world->TakeEvents().empty());
 }
 
+TEST_P(Sleeping, StepsOfAWorldAtRestNeedOnlyBeCounted) {
+  Proves({Claim::kKinematicLed});
+  const auto stepped = MakeWorld(), counted = MakeWorld();
+  EntityId ball;
+  for (World* world : {stepped.get(), counted.get()}) {
+    ball = Add(*world, Ball({0, 0, 0.5}));
+    EXPECT_FALSE(world->IsAtRest());
+    Steps(*world, 200);
+    ASSERT_TRUE(Asleep(*world, ball) && world->IsAtRest());
+  }
+  Steps(*stepped, 12'345);
+  counted->StepAtRest(12'345);
+  EXPECT_EQ(counted->StateHash(), stepped->StateHash());
+  Do(*counted, ApplyForce{.id = ball, .force = {0, 0, 1}});
+  EXPECT_FALSE(counted->IsAtRest());
+
+  EntityDesc lift = Ball({5, 0, 5});
+  lift.rigid_body->motion_type = MotionType::kKinematic;
+  const EntityId led = Add(*stepped, lift);
+  Steps(*stepped, 200);
+  EXPECT_TRUE(stepped->IsAtRest()) << "it stands still";
+  Do(*stepped, SetPose{.id = led, .position = Vector3(5, 0, 5), .over_steps = 3});
+  EXPECT_FALSE(stepped->IsAtRest()) << "it is on its way";
+}
+
 TEST_P(Sleeping, ABodyThatMayNotSleepStaysAwake) {
   const auto world = MakeWorld();
   EntityDesc crate = Crate({0, 0, 0.5});

@@ -24,10 +24,24 @@ TEST(Pace, SpreadsStepsOverWallClockTimeByTheFactor) {
   ExpectAt(Pace(0.5, 5, kStart).Due(5 + kStepSize), kStart + milliseconds(20));
 }
 
-TEST(Pace, LeavesAWorldAtRestAloneForSecondsOrSomeThousandSteps) {
-  EXPECT_EQ(Pace(1, 0, kStart).RestFor(kStepSize), std::chrono::seconds(10));
-  EXPECT_EQ(Pace(1e-300, 0, kStart).RestFor(kStepSize), std::chrono::seconds(10));
-  EXPECT_EQ(Pace(1000, 0, kStart).RestFor(kStepSize), milliseconds(100));
+TEST(Pace, LeavesAWorldAtRestAloneForMinutesOrManySteps) {
+  EXPECT_EQ(Pace(1, 0, kStart).RestFor(kStepSize), std::chrono::seconds(600));
+  EXPECT_EQ(Pace(1e-300, 0, kStart).RestFor(kStepSize), std::chrono::seconds(600));
+  EXPECT_EQ(Pace(1000, 0, kStart).RestFor(kStepSize), milliseconds(1000));
+}
+
+TEST(Pace, CountsTheStepsThatAreDueAndNeverOneTooMany) {
+  for (const double factor : {0.1, 1.0, 30.0}) {
+    const Pace pace(factor, 5, kStart);
+    for (const double steps : {0.0, 1.0, 2.5, 100.0, 5000.3}) {
+      const auto now = kStart + std::chrono::duration_cast<Clock::duration>(Pace::Seconds(steps * kStepSize / factor));
+      const uint64_t due = pace.StepsDue(5, kStepSize, now);
+      EXPECT_LE(static_cast<double>(due), steps);
+      EXPECT_GE(static_cast<double>(due), steps - 4);
+      EXPECT_LE(pace.Due(5 + static_cast<double>(due) * kStepSize), now);
+    }
+  }
+  EXPECT_EQ(Pace(1, 5, kStart).StepsDue(5, kStepSize, kStart - milliseconds(1)), 0u);
 }
 
 TEST(Pace, OfZeroIsAlwaysDue) { EXPECT_LT(Pace(0, 5, kStart).Due(1e6), kStart); }

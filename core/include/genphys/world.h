@@ -59,6 +59,12 @@ class World {
   /// reset, not stepped.
   Status Step(std::optional<double> step_size = std::nullopt);
 
+  /// Whether steps do nothing but go on in time until somebody commands something.
+  bool IsAtRest() const;
+
+  /// Step(), `count` times, at the cost of counting them. Only for a world at rest that has stepped before.
+  void StepAtRest(uint64_t count);
+
   /// Back to step 0, with the entities that were there before the first step as they were then.
   void Reset();
 

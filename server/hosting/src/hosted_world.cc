@@ -317,6 +317,9 @@ void HostedWorld::CatchUp() {
   const double step_size = world_->scene().world.stepper.step_size;
   const Pace::Clock::time_point now = Pace::Clock::now();
   const uint64_t step = world_->layer_state().step;
+  if (world_->IsAtRest()) {
+    world_->StepAtRest(pace_->StepsDue(world_->layer_state().simulation_time, step_size, now));
+  }
   while (pace_->Due(world_->layer_state().simulation_time + step_size) <= now && Step(std::nullopt).ok()) {
   }
   if (world_->layer_state().step != step) Publish();

@@ -17,6 +17,13 @@ Pace::Clock::duration Pace::RestFor(double step_size) const {
   return std::chrono::duration_cast<Clock::duration>(std::min(kRestMax, steps));
 }
 
+uint64_t Pace::StepsDue(double simulation_time, double step_size, Clock::time_point now) const {
+  // Sums of steps and the times when they are due are rounded.
+  constexpr double kSpare = 2;
+  const double steps = factor_ * Seconds(now - Due(simulation_time)).count() / step_size - kSpare;
+  return steps > 0 ? static_cast<uint64_t>(std::min(steps, 2 * kRestStepsMax)) : 0;
+}
+
 void Pace::Begin(Clock::time_point due, double step_size, Clock::time_point now) {
   if (factor_ == 0) return;
   const Seconds late = now - due;

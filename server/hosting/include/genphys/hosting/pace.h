@@ -12,8 +12,8 @@ class Pace {
   using Seconds = std::chrono::duration<double>;
 
   static constexpr Seconds kCatchUpMax{0.25};
-  static constexpr Seconds kRestMax{10};
-  static constexpr double kRestStepsMax = 10'000;
+  static constexpr Seconds kRestMax{600};
+  static constexpr double kRestStepsMax = 100'000;
 
   /// `real_time_factor` simulated seconds per second, from `now` on; zero: as fast as possible.
   Pace(double real_time_factor, double simulation_time, Clock::time_point now)
@@ -23,8 +23,11 @@ class Pace {
   bool is_timed() const { return factor_ != 0; }
 
   /// How long a world at rest may be left alone after `due`, to take the steps that were due meanwhile when somebody
-  /// asks: they cost next to nothing each, so that a bound on their number keeps that short.
+  /// asks: they cost a few nanoseconds each, so that a bound on their number keeps that short.
   Clock::duration RestFor(double step_size) const;
+
+  /// How many steps of `step_size` from `simulation_time` on are due at `now`, or a few less.
+  uint64_t StepsDue(double simulation_time, double step_size, Clock::time_point now) const;
 
   /// When the step that ends at `simulation_time` is to be taken.
   Clock::time_point Due(double simulation_time) const;
