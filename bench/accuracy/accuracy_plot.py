@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 Points = list[tuple[float, float]]
+Styles = dict[str, tuple[str, str]]
 
 STYLES = {
     "genphys-ode-fast": ("#9ecae9", ""), "genphys-ode-balanced": ("#4c78a8", ""), "genphys-ode-accurate": ("#1b3a5c", ""),
@@ -31,7 +32,7 @@ def _power(exponent: int) -> str:
     return f'10<tspan dy="-4" font-size="8">{exponent}</tspan>'
 
 
-def panel(title: str, lines: dict[str, Points], left: float, top: float) -> list[str]:
+def panel(title: str, lines: dict[str, Points], left: float, top: float, styles: Styles) -> list[str]:
     """Cost in microseconds per simulated second to the right, error upwards."""
     drawn = {name: [(1e6 * cpu, max(error, LEAST)) for cpu, error in line] for name, line in lines.items() if line}
     costs = [cpu for line in drawn.values() for cpu, _ in line]
@@ -57,7 +58,7 @@ def panel(title: str, lines: dict[str, Points], left: float, top: float) -> list
         parts += [f'<line x1="{inner_left}" x2="{inner_left + inner_width}" y1="{at:.1f}" y2="{at:.1f}" stroke="#ddd"/>',
                   _text(inner_left - 6, at + 4, _power(exponent), "end")]
     for name, line in drawn.items():
-        color, dash = STYLES.get(name, ("#888888", ""))
+        color, dash = styles.get(name, ("#888888", ""))
         path = " ".join(f"{x(cost):.1f},{y(error):.1f}" for cost, error in line)
         parts.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="1.5"'
                      + (f' stroke-dasharray="{dash}"' if dash else "") + "/>")
@@ -65,19 +66,19 @@ def panel(title: str, lines: dict[str, Points], left: float, top: float) -> list
     return parts
 
 
-def picture(panels: list[tuple[str, dict[str, Points]]]) -> str:
-    """All panels on one sheet, with one legend."""
+def picture(panels: list[tuple[str, dict[str, Points]]], styles: Styles = STYLES) -> str:
+    """All panels on one sheet, with one legend: color and dashes of each line by its name."""
     rows = math.ceil(len(panels) / _COLUMNS)
     width = _COLUMNS * _WIDTH
     legend = 3 * 16 + 12
     height = legend + rows * _HEIGHT + 16
     parts = []
-    for place, (name, (color, dash)) in enumerate(STYLES.items()):
+    for place, (name, (color, dash)) in enumerate(styles.items()):
         left, top = 12 + place % 3 * _WIDTH, 14 + place // 3 * 16
         parts += [f'<line x1="{left}" x2="{left + 28}" y1="{top}" y2="{top}" stroke="{color}" stroke-width="2"'
                   + (f' stroke-dasharray="{dash}"' if dash else "") + "/>", _text(left + 36, top + 4, name, "start")]
     for place, (title, lines) in enumerate(panels):
-        parts += panel(title, lines, place % _COLUMNS * _WIDTH, legend + place // _COLUMNS * _HEIGHT)
+        parts += panel(title, lines, place % _COLUMNS * _WIDTH, legend + place // _COLUMNS * _HEIGHT, styles)
     parts.append(_text(width / 2, height - 6, "to the right: µs of processor time per simulated second; upwards: error"))
     body = "\n".join(parts)
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" '

@@ -26,6 +26,7 @@ struct CommandLine {
   std::vector<std::string> contenders;
   std::vector<int> rates;
   int rounds = 5;
+  bool frontier = false;
   bool quick = false;
   bool bars = false;
   bool list = false;
@@ -41,6 +42,8 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--rounds", line.rounds, "turns of each contender whose processor time is taken; 0: none")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000));
+  app.add_flag("--frontier", line.frontier,
+               "our model at the settings among which presets were chosen, and nobody else");
   app.add_flag("--quick", line.quick, "60, 240 and 1000 steps per second, one round");
   app.add_flag("--bars", line.bars, "only what a bar is set for; says which are held, and fails if one is not");
   app.add_flag("--list", line.list, "names problems and contenders");
@@ -52,7 +55,8 @@ bool IsWanted(const std::vector<std::string>& wanted, const auto& matches) {
 
 class Session {
  public:
-  Session(const CommandLine& line, const BackendRegistry& registry) : line_(line), contenders_(Contenders(registry)) {
+  Session(const CommandLine& line, const BackendRegistry& registry)
+      : line_(line), contenders_(line.frontier ? FrontierContenders(registry) : Contenders(registry)) {
     for (Problem& problem : Problems()) {
       const bool wanted = IsWanted(line.problems, [&](const std::string& name) {
         return problem.id == name || problem.id.starts_with(name + '.');

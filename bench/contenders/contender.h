@@ -21,6 +21,10 @@ struct Contender {
 /// Our model on each engine that knows contacts, with each preset, and the engines alone.
 std::vector<Contender> Contenders(const BackendRegistry& registry);
 
+/// Our model at each of the settings among which the presets were chosen: "genphys-ode-2" has 2 substeps with as many
+/// iterations as the presets have, and "genphys-ode-2x40" has 40 in each.
+std::vector<Contender> FrontierContenders(const BackendRegistry& registry);
+
 /// Our model with any stepper, under a name of its own. `registry` must outlive it.
 Contender GenphysContender(const BackendRegistry& registry, const std::string& name, const std::string& engine,
                            const StepperDesc& stepper);

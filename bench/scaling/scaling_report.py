@@ -24,7 +24,7 @@ COSTS, BARS = "scaling-costs.svg", "scaling-bars.svg"
 
 ABOUT = {
     "passer": "A box slides over the floor without friction, 0.2 m from those beside its path, so that the engine "
-              "moves it and the others are only there, some of them fixed to each other by twos. After each step a frame of those who moved is encoded as the "
+              "moves it and the others are only there. After each step a frame of those who moved is encoded as the "
               "server does it; *no frame* is without. Nobody wakes: that is checked.",
     "asleep": "Boxes that lie on the floor and sleep, all of them.",
     "woken": "A ball hits a pile of 100 boxes that sleeps. In the step in which they touch, those that it touched are "

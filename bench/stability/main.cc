@@ -28,6 +28,7 @@ struct CommandLine {
   std::vector<int> rates;
   uint32_t seeds = 0;
   bool is_long = false;
+  bool frontier = false;
   bool bars = false;
   bool list = false;
 };
@@ -41,6 +42,8 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--rate", line.rates, "only so many steps per second; may be repeated")->allow_extra_args(false);
   app.add_option("--seeds", line.seeds, "of each trial; 0: as many as it says")->check(CLI::Range(0, 1'000'000));
   app.add_flag("--long", line.is_long, "also those that take minutes");
+  app.add_flag("--frontier", line.frontier,
+               "our model at the settings among which presets were chosen, and nobody else");
   app.add_flag("--bars", line.bars, "only what a bar is set for; says which are held, and fails if one is not");
   app.add_flag("--list", line.list, "names trials and contenders");
 }
@@ -109,7 +112,7 @@ int Judge(const CommandLine& line) {
     const auto named = [&](const std::string& name) { return trial.id == name || trial.id.starts_with(name + '.'); };
     return (trial.is_long && !line.is_long) || !IsWanted(line.trials, named);
   });
-  std::vector<Contender> contenders = Contenders(registry);
+  std::vector<Contender> contenders = line.frontier ? FrontierContenders(registry) : Contenders(registry);
   std::erase_if(contenders, [&](const Contender& contender) {
     return !IsWanted(line.contenders,
                      [&](const std::string& name) { return contender.name.find(name) != std::string::npos; });
