@@ -91,5 +91,164 @@ TEST_P(Spheres, StayWhereTheirAxesAreLockedWhateverTheyTouch) {
   EXPECT_EQ(SpinOf(*world, slides).y(), 0) << "it does not roll";
 }
 
+// The floor, made after those who lie on it, so that it comes second in every pair.
+void AddFloor(World& world, const Vector3& surface_velocity = Vector3::Zero(), const Material& material = {}) {
+  Geometry floor{.shape = Plane{}, .material = material};
+  floor.surface_velocity = surface_velocity;
+  EntityDesc desc;
+  desc.rigid_body = RigidBody{.motion_type = MotionType::kStatic, .geometries = {floor}};
+  Add(world, desc);
+}
+
+std::unique_ptr<World> MakeUnfloored(const std::string& engine) {
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .ground_plane = false};
+  desc.recorded_events.persisting_contacts = true;
+  desc.default_auto_disable.enabled = false;
+  return testing::MakeWorld(desc);
+}
+
+TEST_P(Spheres, LieOnAFloorThatCameAfterThem) {
+  Proves({Claim::kPlane});
+  const auto world = MakeUnfloored(GetParam());
+  const EntityId ball = Add(*world, Ball({0, 0, 0.5}, 0.5, 3));
+  AddFloor(*world);
+  Steps(*world, 60);
+  EXPECT_NEAR(PositionOf(*world, ball).z(), 0.5, kRest);
+  EXPECT_NEAR(MeanImpulse(*world).normal / (3 * kGravity / 60), 1, kSwept);
+}
+
+TEST_P(Spheres, AreCarriedByAFloorThatRunsWhicheverCameFirst) {
+  Proves({Claim::kSurfaceVelocity});
+  constexpr double kSpeed = 2;
+  for (const bool floor_first : {true, false}) {
+    const auto world = MakeUnfloored(GetParam());
+    const Vector3 run(0, kSpeed, 0);
+    if (floor_first) AddFloor(*world, run);
+    const EntityId ball = Add(*world, Ball({0, 0, 0.5}));
+    if (!floor_first) AddFloor(*world, run);
+    Steps(*world, 60);
+    // The angular momentum about the surface stays nothing: m v r = 2/5 m r^2 w, and v + w r is the floor's speed.
+    EXPECT_NEAR(VelocityOf(*world, ball).y(), 2 * kSpeed / 7, 1e-3 * kSpeed) << floor_first;
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), 0, 1e-3 * kSpeed) << floor_first;
+  }
+}
+
+TEST_P(Spheres, RollToAStopWhicheverCameFirst) {
+  Proves({Claim::kRollingFriction});
+  constexpr double kSpeed = 2, kArm = 0.04, kRadius = 0.5;
+  // m v' = -f and I w' = f r - arm N, with v = w r.
+  constexpr double kBraking = kArm / kRadius * kGravity / 1.4;
+  for (const bool floor_first : {true, false}) {
+    const auto world = MakeUnfloored(GetParam());
+    const Material rough{.friction = 0.5, .rolling_friction = kArm};
+    if (floor_first) AddFloor(*world, Vector3::Zero(), rough);
+    EntityDesc rolling = Ball({0, 0, kRadius}, kRadius);
+    rolling.rigid_body->geometries[0].material = rough;
+    rolling.rigid_body->linear_velocity = {kSpeed, 0, 0};
+    rolling.rigid_body->angular_velocity = {0, kSpeed / kRadius, 0};
+    const EntityId ball = Add(*world, rolling);
+    if (!floor_first) AddFloor(*world, Vector3::Zero(), rough);
+    Steps(*world, static_cast<int>(1.2 * 60 * kSpeed / kBraking));
+    // A step that uses its velocity at the end for all of it falls short by v h / 2, and by as much again in the last.
+    EXPECT_NEAR(PositionOf(*world, ball).x(), kSpeed * kSpeed / (2 * kBraking), kSpeed / 60) << floor_first;
+    EXPECT_LE(VelocityOf(*world, ball).norm(), 1e-6) << floor_first;
+  }
+}
+
+// A dumbbell of unequal balls, the same in the world however its own frame lies in it.
+EntityDesc Dumbbell(const Pose& in_world, const Pose& frame) {
+  EntityDesc desc = Ball(Vector3::Zero(), 0.3);
+  RigidBody& body = *desc.rigid_body;
+  body.geometries.resize(2, body.geometries[0]);
+  body.geometries[1].shape = Sphere{0.2};
+  const Quaternion back = frame.orientation.conjugate();
+  for (const auto& [place, x] : {std::pair(0, -0.4), std::pair(1, 0.5)}) {
+    body.geometries[static_cast<size_t>(place)].pose_in_entity.position = back * (Vector3(x, 0, 0) - frame.position);
+  }
+  desc.pose = {in_world.Transform(frame.position), in_world.orientation * frame.orientation};
+  return desc;
+}
+
+TEST_P(Spheres, InPairsMoveAlikeHoweverTheirFramesLie) {
+  Proves({Claim::kCompound, Claim::kFreeRotation});
+  // It falls askew onto its smaller ball, tumbles over and rolls.
+  const Pose start{{0, 0, 0.9}, Quaternion(Eigen::AngleAxisd(0.8, Vector3(0.2, 1, 0.4).normalized()))};
+  const auto end_of = [&](const Pose& frame) {
+    const auto world = MakeSlope(GetParam(), 0);
+    EntityDesc desc = Dumbbell(start, frame);
+    desc.rigid_body->angular_velocity = {0.5, -0.3, 1};
+    desc.rigid_body->linear_velocity = {0.3, 0.1, 0};
+    const EntityId id = Add(*world, desc);
+    Steps(*world, 50);
+    const Pose pose = world->state().pose(EntityRow{id.index()});
+    return pose.Transform(frame.orientation.conjugate() * (Vector3(0.5, 0, 0) - frame.position));
+  };
+  const Vector3 plain = end_of({});
+  for (const Pose& frame :
+       {Pose{{0, 0, 1}, Quaternion::Identity()},
+        Pose{{0.3, -0.2, 0.4}, Quaternion(Eigen::AngleAxisd(1.9, Vector3(1, 2, -1).normalized()))}}) {
+    EXPECT_LE((end_of(frame) - plain).norm(), 1e-6);
+  }
+}
+
+TEST_P(Spheres, FeelForcesInColumnsAndTellWhatTheyFelt) {
+  Proves({Claim::kForceColumns, Claim::kNetForce});
+  const auto world = MakeSlope(GetParam(), 0);
+  const EntityId lies = Add(*world, Ball({0, 0, 0.5})), pushed = Add(*world, Ball({3, 0, 5}, 0.5, 2));
+  Steps(*world, 30);
+  const double speed = VelocityOf(*world, pushed).z();
+  Do(*world, ApplyForceColumns{.ids = {pushed}, .forces = {{4, 0, 0}}, .torques = {}});
+  Steps(*world, 1);
+  EXPECT_NEAR(VelocityOf(*world, pushed).x(), 4.0 / 2 / 60, 1e-12);
+  EXPECT_NEAR(VelocityOf(*world, pushed).z(), speed - kGravity / 60, 1e-12);
+  const auto& net = world->state().net_forces;
+  EXPECT_NEAR((net.col(pushed.index()) - Vector3(4, 0, -2 * kGravity)).norm(), 0, 1e-9);
+  EXPECT_NEAR(net.col(lies.index()).norm(), 0, kGravity * kSwept);
+}
+
+TEST_P(Spheres, ArePushedAtTheSpeedOfWhatPushesThem) {
+  Proves({Claim::kKinematicPush});
+  const auto world = MakeSlope(GetParam(), 0);
+  const EntityId ball = Add(*world, Ball({0, 0, 0.5}));
+  EntityDesc pusher = Ball({-1, 0, 0.5});
+  pusher.rigid_body->motion_type = MotionType::kKinematic;
+  pusher.rigid_body->linear_velocity = {1, 0, 0};
+  // Nothing turns the ball up along the pusher.
+  pusher.rigid_body->geometries[0].material.friction = 0;
+  Add(*world, pusher);
+  Steps(*world, 60);
+  EXPECT_NEAR(PositionOf(*world, ball).x(), 1, 1e-3);
+}
+
+TEST_P(Spheres, SlideWithKineticFrictionUntilTheyRoll) {
+  Proves({Claim::kKineticFriction, Claim::kSolverIterative});
+  constexpr double kKinetic = 0.2, kSpeed = 5;
+  WorldDesc desc{.engine = GetParam(),
+                 .gravity = {0, 0, -kGravity},
+                 .stepper = {.solver = Solver::kIterative},
+                 .default_material = {.friction = 0.8, .kinetic_friction = kKinetic}};
+  const auto world = testing::MakeWorld(desc);
+  EntityDesc thrown = Ball({0, 0, 0.5});
+  thrown.rigid_body->linear_velocity = {kSpeed, 0, 0};
+  const EntityId ball = Add(*world, thrown);
+  Steps(*world, 15);
+  EXPECT_NEAR(VelocityOf(*world, ball).x(), kSpeed - kKinetic * kGravity / 4, 2 * kKinetic * kGravity / 60);
+  Steps(*world, 60);
+  EXPECT_NEAR(VelocityOf(*world, ball).x(), 5.0 / 7 * kSpeed, 1e-2 * kSpeed);
+}
+
+TEST_P(Spheres, AreAllHitByARayThroughThem) {
+  Proves({Claim::kRaysThrough});
+  const auto world = MakeSlope(GetParam(), 0);
+  const EntityId near = Add(*world, Ball({2, 0, 0.5})), far = Add(*world, Ball({6, 0, 0.5}));
+  const std::vector<Ray> rays{{{0, 0, 0.5}, {10, 0, 0}}};
+  const auto answer = world->CastRaysThrough(rays);
+  EndAtRefusal(answer.status());
+  ASSERT_TRUE(answer.ok() && answer->front().size() == 2);
+  EXPECT_EQ(answer->front()[0].hit.entity, near);
+  EXPECT_EQ(answer->front()[1].hit.entity, far);
+  EXPECT_NEAR(answer->front()[1].fraction, 0.55, 1e-12);
+}
+
 }  // namespace
 }  // namespace genphys::testing
