@@ -43,10 +43,10 @@ std::vector<Contender> FrontierContenders(const BackendRegistry& registry) {
     if (!backend->capabilities().Has(Feature::kContacts)) continue;
     const std::string engine = backend->capabilities().engine();
     const uint32_t preset = backend->Resolve({}).iterations;
-    for (const uint32_t substeps : {1u, 2u, 3u, 4u, 6u, 8u, 12u}) {
+    for (const uint32_t substeps : {1u, 2u, 3u, 4u, 6u, 8u}) {
       const std::string name = "genphys-" + engine + '-' + std::to_string(substeps);
       contenders.push_back(GenphysContender(registry, name, engine, {.substeps = substeps}));
-      for (const uint32_t iterations : {preset / 2, preset * 2, preset * 4}) {
+      for (const uint32_t iterations : {preset / 2, preset * 2}) {
         contenders.push_back(GenphysContender(registry, name + 'x' + std::to_string(iterations), engine,
                                               {.substeps = substeps, .iterations = iterations}));
       }
