@@ -92,7 +92,7 @@ class Yard {
 };
 
 TEST_P(Batches, DoWhatTheirCommandsDoOneByOne) {
-  for (uint64_t seed = 0; seed < 30; ++seed) {
+  for (uint64_t seed = 0; seed < 12; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     Yard batch(GetParam()), singly(GetParam());
     ASSERT_GT(batch.asleep(), 10u);
