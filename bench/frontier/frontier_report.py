@@ -17,9 +17,10 @@ import sys
 from typing import Any
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(TREE / "bench" / "accuracy"))
+sys.path[:0] = [str(TREE / "bench" / name) for name in ("accuracy", "stability")]
 
-import accuracy_plot  # noqa: E402 the folder has to be known first
+import accuracy_plot  # noqa: E402 the folders have to be known first
+from stability_report import machine, markdown, tallest_of  # noqa: E402
 
 RESULTS = TREE / "bench" / "results" / "frontier.json"
 PAGE = TREE / "docs" / "presets.md"
@@ -78,22 +79,6 @@ class Setting:
         return (self.stands, self.still, -self.penetration, -self.rods, -self.top)
 
 
-def tallest(stability: dict[str, Any], contender: str) -> tuple[int, int]:
-    """The highest stack that stands, and that passes, with every lower one."""
-    stands = still = 0
-    stacks = sorted((int(trial["id"].split(".")[1]), trial) for trial in stability["trials"]
-                    if trial["id"].startswith("S1."))
-    for count, trial in stacks:
-        outcome = next(each for each in trial["outcomes"] if each["contender"] == contender)
-        deviation = outcome["worst"].get("deviation")
-        if deviation is None or deviation > trial["limits"]["deviation"]:
-            break
-        if outcome["passed"] == outcome["seeds"] and still == stands:
-            still = count
-        stands = count
-    return stands, still
-
-
 def settings(data: dict[str, Any]) -> list[Setting]:
     accuracy, stability = data["accuracy"], data["stability"]
     problems = {problem["id"]: problem["results"] for problem in accuracy["problems"]}
@@ -108,7 +93,7 @@ def settings(data: dict[str, Any]) -> list[Setting]:
             return float("inf") if value is None else value
 
         outcome = next(each for each in heavy["outcomes"] if each["contender"] == contender)
-        stands, still = tallest(stability, contender)
+        stands, still = tallest_of(stability, contender)
         found.append(Setting(engine, int(substeps), int(iterations) if iterations else None,
                              1e3 * at("T.pile", "cpu") / 60, 1e3 * at("T.joints", "cpu") / 60, stands, still,
                              1e3 * outcome["worst"]["penetration"], at("B3", "error"), at("B4", "error")))
@@ -169,16 +154,6 @@ def rows(all_settings: list[Setting], engine: str) -> list[list[str]]:
     return table
 
 
-def markdown(table: list[list[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in [table[0], ["---"] * len(table[0]), *table[1:]])
-
-
-def machine(data: dict[str, Any]) -> str:
-    about, versions = data["machine"], data["versions"]
-    engines = ", ".join(f"{name} {version}" for name, version in versions["engines"].items())
-    return f"Taken on {data['date'][:10]}: {about['processor']}, {about['system']}, GCC {versions['compiler']}, {engines}."
-
-
 def page(data: dict[str, Any]) -> str:
     all_settings = settings(data)
     parts = [PAGE_HEAD, machine(data["accuracy"]) + "\n",
@@ -206,7 +181,7 @@ def picture(data: dict[str, Any]) -> str:
 
 
 STYLES = {"as the presets": ("#d62728", ""), "5 iterations": ("#9ecae9", ""), "10 iterations": ("#9ecae9", ""),
-          "20 iterations": ("#4c78a8", ""), "40 iterations": ("#1b3a5c", ""), "80 iterations": ("#000000", "")}
+          "20 iterations": ("#4c78a8", ""), "40 iterations": ("#1b3a5c", "")}
 
 
 def check() -> int:

@@ -90,22 +90,32 @@ def machine(data: dict[str, Any]) -> str:
     return f"Taken on {data['date'][:10]}: {about['processor']}, {about['system']}, GCC {versions['compiler']}, {engines}."
 
 
+def stacks_of(data: dict[str, Any]) -> dict[int, dict[str, Any]]:
+    """Trials of stacks by their height, the lowest first."""
+    stacks = {int(trial["id"].split(".")[1]): trial for trial in data["trials"] if trial["id"].startswith("S1.")}
+    return dict(sorted(stacks.items()))
+
+
+def tallest_of(data: dict[str, Any], contender: str) -> tuple[int, int]:
+    """The highest stack that stands, and that passes, with every lower one; zero: none."""
+    stands, still = 0, 0
+    for count, trial in stacks_of(data).items():
+        outcome = next((each for each in trial["outcomes"] if each["contender"] == contender), None)
+        deviation = outcome["worst"].get("deviation") if outcome else None
+        if deviation is None or deviation > trial["limits"]["deviation"]:
+            break
+        if outcome["passed"] == outcome["seeds"] and still == stands:
+            still = count
+        stands = count
+    return stands, still
+
+
 def tallest(data: dict[str, Any]) -> str:
-    """Of each contender the highest stack that stood with every lower one."""
-    stacks = sorted((int(trial["id"].split(".")[1]), trial) for trial in data["trials"] if trial["id"].startswith("S1."))
-    if not stacks:
+    if not stacks_of(data):
         return ""
     table = [["", *COLUMNS.values()], ["stands: no cube off by 0.25 m"], ["still: all limits hold"]]
     for contender in COLUMNS:
-        stands, still = 0, 0
-        for count, trial in stacks:
-            outcome = next((each for each in trial["outcomes"] if each["contender"] == contender), None)
-            deviation = outcome["worst"].get("deviation") if outcome else None
-            if deviation is None or deviation > trial["limits"]["deviation"]:
-                break
-            if outcome["passed"] == outcome["seeds"] and still == stands:
-                still = count
-            stands = count
+        stands, still = tallest_of(data, contender)
         table[1].append(str(stands or "–"))
         table[2].append(str(still or "–"))
     return "## The tallest stack\n\nUnit cubes, 10 s, every seed.\n\n" + markdown(table) + "\n"

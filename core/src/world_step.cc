@@ -255,6 +255,7 @@ bool StepRun::WillTouch(const ContactPair& pair) const {
 
 // Whoever sleeps on a joint to what now moves by itself.
 void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
+  if (world_.joint_count_ == 0) return;
   for (const std::span<const EntityRow> rows :
        {std::span<const EntityRow>(rows_), {kinematic_rows_}, {world_.roused_}}) {
     for (const EntityRow row : rows) {

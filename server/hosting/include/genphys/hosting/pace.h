@@ -23,7 +23,7 @@ class Pace {
   bool is_timed() const { return factor_ != 0; }
 
   /// How long a world at rest may be left alone after `due`, to take the steps that were due meanwhile when somebody
-  /// asks: they cost a few nanoseconds each, so that a bound on their number keeps that short.
+  /// asks: they are only counted, so that a bound on their number keeps that short.
   Clock::duration RestFor(double step_size) const;
 
   /// How many steps of `step_size` from `simulation_time` on are due at `now`, or a few less.
