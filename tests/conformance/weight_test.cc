@@ -1,5 +1,6 @@
 // What lies or hangs weighs what it weighs.
 #include <cmath>
+#include <functional>
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
@@ -106,6 +107,65 @@ TEST_P(Weight, OfAPileOfTenIsWhatTheFloorPushes) {
       }
       Steps(*world, 240);
       EXPECT_NEAR(MeanPush(*world) / (10 * c.mass * c.gravity / 60), 1, error) << "mass " << c.mass;
+    }
+  }
+}
+
+// The box of a tower with so many below it, and its mass as a part of the lowest one's.
+using TowerOf = std::function<std::pair<Vector3, double>(int below, Random& random)>;
+
+std::vector<TowerOf> Towers() {
+  return {
+      [](int, Random&) { return std::pair(Vector3(0.5, 0.5, 0.5), 1.0); },
+      [](int, Random& random) {
+        return std::pair(Vector3(random.Uniform(0.3, 0.6), random.Uniform(0.3, 0.6), random.Uniform(0.2, 0.5)), 1.0);
+      },
+      [](int below, Random&) { return std::pair(Vector3(0.5, 0.5, 0.5), below + 1.0); },
+  };
+}
+
+TEST_P(Weight, OfATowerOfTenIsWhatTheFloorPushes) {
+  Proves({Claim::kContactImpulses, Claim::kSolverIterative});
+  const std::vector<Case> cases = Cases();
+  for (const auto& [solver, error] : SolversOf(GetParam())) {
+    for (const TowerOf& tower : Towers()) {
+      for (const Case& c : std::span(cases).first(3)) {
+        Random random(static_cast<uint64_t>(100 * c.gravity));
+        const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, solver));
+        double top = 0, mass = 0;
+        for (int i = 0; i < 10; ++i) {
+          const auto& [half, part] = tower(i, random);
+          EntityDesc brick = Body(Box{half}, {random.Uniform(-0.02, 0.02), 0, top + half.z()}, part * c.mass);
+          brick.rigid_body->auto_disable.enabled = false;
+          Add(*world, brick);
+          top += 2 * half.z();
+          mass += part * c.mass;
+        }
+        Steps(*world, 240);
+        EXPECT_NEAR(MeanPush(*world) / (mass * c.gravity / 60), 1, error) << "mass " << mass;
+      }
+    }
+  }
+}
+
+TEST_P(Weight, IsOvercomeByALittleMore) {
+  Proves({Claim::kContactImpulses});
+  constexpr int kSteps = 30;
+  for (const Case& c : Cases()) {
+    for (const double part : {0.97, 1.03}) {
+      const auto world = testing::MakeWorld(Lying(GetParam(), c.gravity, Solver::kAutomatic));
+      EntityDesc crate = Crate({0, 0, 0.5}, 0.5, c.mass);
+      crate.rigid_body->auto_disable.enabled = false;
+      const EntityId id = Add(*world, crate);
+      Steps(*world, 60);
+      const double start = PositionOf(*world, id).z();
+      Do(*world, ApplyForce{.id = id, .force = {0, 0, part * c.mass * c.gravity}, .steps = kSteps});
+      Steps(*world, kSteps);
+
+      const double time = kSteps / 60.0, risen = std::max(part - 1, 0.0) * c.gravity * time * time / 2;
+      // The solver may let go a substep late, and take the depth of rest for an overlap.
+      const double late = (part - 1) * c.gravity * time * SubstepOf(*world);
+      EXPECT_NEAR(PositionOf(*world, id).z() - start, risen, 2 * std::max(late, 1e-6)) << part << " of " << c.gravity;
     }
   }
 }

@@ -44,6 +44,9 @@ struct ContactConstraint {
   double spinning_friction = 0;             // m
   Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s
   Vector3 other_spin = Vector3::Zero();     // of an immovable other side, rad/s
+  // N*s on `body` from which the solve starts, if not zero. It then holds the sides together, in all directions and
+  // however hard: it is for the caller to see whether contact and friction can do that.
+  Vector3 given = Vector3::Zero();
 };
 
 /// One ODE world as a solver of contacts and joints. It remembers nothing from one solve to the next: what a solve
@@ -79,12 +82,26 @@ class ContactSolver {
   void Step();
 
   Motion motion(uint32_t body) const;
-  /// N*s on the `body` of the contact that was added as the `contact`th.
+  /// N*s on the `body` of the contact that was added as the `contact`th, once impulses were taken.
   Vector3 Impulse(size_t contact) const;
+  /// m/s of that contact before the solve.
+  double SpeedBefore(size_t contact) const { return given_[contact].speed; }
+  /// m/s by which that contact misses what it aims at; zero unless something was given to it.
+  double Residual(size_t contact) const;
   /// Writes impulses back into all rows that were added.
   void TakeRowImpulses() { composer_.TakeImpulses(); }
 
  private:
+  static constexpr size_t kNotHeld = ~size_t{0};
+  struct Given {
+    Vector3 impulse = Vector3::Zero();
+    size_t first_row = kNotHeld;  // of three in held_rows_
+    uint32_t body = 0;
+    uint32_t other = ContactConstraint::kImmovable;
+    double speed = 0;  // m/s, of one side against the other before
+  };
+
+  void AddHeld(const ContactConstraint& contact, double parting_speed);
   void EmptyGroup();
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
@@ -110,6 +127,8 @@ class ContactSolver {
   std::vector<dxBody*> turners_;
   size_t turner_count_ = 0;
   std::vector<dJointFeedback> feedback_;
+  std::vector<Given> given_;  // by contact
+  std::vector<JointRow> held_rows_;
   size_t contact_count_ = 0;
   size_t row_count_ = 0;
   double torsion_softness_ = 0;  // of all rows against rolling and spinning; zero: there are none

@@ -12,6 +12,13 @@ namespace {
 
 // An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
 constexpr size_t kAutomaticRowsMax = 160;
+// Contacts of an island that is solved from what held it before. Of more, some slip or part at every step.
+constexpr size_t kWarmContactsMax = 200;
+// The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
+// end half of the solves of a tower of very different weights.
+constexpr double kPullMax = 0.02;
+// The part of the speed that contacts of an island had before the solve which may be left.
+constexpr double kResidualMax = 0.2;
 
 // Before a solve too: ODE itself notices in the middle of one, and then its memory for the step is lost.
 void CheckFinite(const Motion& motion) {
@@ -95,9 +102,14 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
       Fly(row, step_size, state);
     }
   }
+  warm_start_.Begin(step_size);
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
-  for (const bool direct : {true, false}) SolveGroup(step_size, direct, state, contacts, joint_rows);
+  Recognise(contacts);
+  for (const Way way : {Way::kDirect, Way::kWarm, Way::kCold}) {
+    SolveGroup(step_size, way, state, contacts, joint_rows);
+  }
+  warm_start_.End(contacts.points);
 }
 
 // Change of velocity per impulse at a point, 1/kg, at most: whatever the direction of the push.
@@ -133,26 +145,94 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
     const bool is_wanted = solver_.solver() == Solver::kDirect ||
                            (island.joint_rows > 0 && 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax);
     const double spread = pushes_[i].easiest > 0 ? pushes_[i].easiest / pushes_[i].hardest : 1;
-    pushes_[i].is_direct = is_wanted && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
+    const bool is_direct = is_wanted && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
+    pushes_[i].way = is_direct ? Way::kDirect : Way::kCold;
   }
 }
 
-void World::SolveGroup(double step_size, bool direct, StateArrays& state, ContactBuffer& contacts,
+// Finds the islands of which every pair was there at the last solve.
+void World::Recognise(const ContactBuffer& contacts) {
+  given_.assign(contacts.points.size(), Vector3::Zero());
+  const auto may_be_warm = [&](uint32_t i) {
+    const Islands::Island& island = islands_.islands()[i];
+    return pushes_[i].way != Way::kDirect && island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
+  };
+  for (uint32_t i = 0; i < pushes_.size(); ++i) {
+    if (may_be_warm(i)) pushes_[i].way = Way::kWarm;
+  }
+  for (const ContactPair& pair : contacts.pairs) {
+    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
+    if (pair.is_sensor || island == Islands::kNone || !may_be_warm(island)) continue;
+    if (!RecognisePair(pair, contacts)) pushes_[island].way = Way::kCold;
+  }
+}
+
+bool World::RecognisePair(const ContactPair& pair, const ContactBuffer& contacts) {
+  const Body& a = bodies_[Index(pair.entity_a)];
+  const Body& b = bodies_[Index(pair.entity_b)];
+  const bool resists_turning = pair.material.rolling_friction > 0 || pair.material.spinning_friction > 0;
+  // In the frame of what rests on the other its points stand still.
+  const Pose& frame = b.motion_type == MotionType::kDynamic ? b.pose : a.pose;
+  const bool is_known =
+      warm_start_.Add({pair.geometry_a, pair.geometry_b, a.serial, b.serial}, frame,
+                      std::span(contacts.points).subspan(pair.first_point, pair.point_count), pair.first_point,
+                      std::span(given_).subspan(pair.first_point, pair.point_count));
+  return is_known && !resists_turning;
+}
+
+void World::Recall(const ContactBuffer& solved) {
+  warm_start_.Begin(0);
+  given_.assign(solved.points.size(), Vector3::Zero());
+  for (const ContactPair& pair : solved.pairs) {
+    if (!pair.is_sensor) RecognisePair(pair, solved);
+  }
+  warm_start_.End(solved.points);
+}
+
+// An island that would have to be held by more than contact and friction is solved again, from nothing.
+void World::GiveUpUnheld(const ContactBuffer& contacts) {
+  for (const ContactPair& pair : contacts.pairs) {
+    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
+    if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != Way::kWarm) continue;
+    double load = 0, grip = 0, pull = 0, held = 0;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      const ContactPoint& point = contacts.points[i];
+      load += point.normal_impulse;
+      grip += point.friction * point.normal_impulse;
+      if (given_[i].isZero(0)) continue;
+      pull = std::max(pull, -point.normal_impulse);
+      held += point.friction_impulse.norm();
+    }
+    if (pull > kPullMax * load || held > grip) pushes_[island].way = Way::kCold;
+  }
+  // What was given may be very much for something light between heavy ones.
+  for (size_t i = 0; i < solved_.size(); ++i) {
+    double& speed = pushes_[solved_[i].island].speed_before;
+    speed = std::max(speed, solver_.SpeedBefore(i));
+  }
+  for (size_t i = 0; i < solved_.size(); ++i) {
+    Pushes& pushes = pushes_[solved_[i].island];
+    if (!(solver_.Residual(i) <= kResidualMax * pushes.speed_before)) pushes.way = Way::kCold;
+  }
+}
+
+void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
   solved_rows_.clear();
   for (EntityRow row : held_rows_) {
-    if (pushes_[islands_.IslandOf(row)].is_direct == direct) solved_rows_.push_back(row);
+    if (pushes_[islands_.IslandOf(row)].way == way) solved_rows_.push_back(row);
   }
   if (solved_rows_.empty()) return;
   solver_.Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
   LoadBodies(state);
-  solver_.Reserve(CountContacts(contacts), joint_rows.size(), direct);
+  solver_.Reserve(CountContacts(contacts), joint_rows.size(), way == Way::kDirect);
   LoadContacts(state, contacts);
   LoadRows(state, joint_rows);
   solver_.Step();
-  StoreImpulses(contacts);
   solver_.TakeRowImpulses();
-  StoreBodies(state);
+  StoreImpulses(contacts);
+  if (way == Way::kWarm) GiveUpUnheld(contacts);
+  StoreBodies(way, state);
 }
 
 void World::Fly(EntityRow row, double step_size, StateArrays& state) {
@@ -236,27 +316,34 @@ void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts
     const Side a = SideOf(pair.entity_a, state);
     const Side b = SideOf(pair.entity_b, state);
     if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
+    // What holds two sides together can push them apart by one speed only: that of the point that needs it least.
+    double held_depth = std::numeric_limits<double>::infinity();
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      if (!contacts.points[i].is_ahead) LoadContact(pair, contacts.points[i], i, a, b);
+      if (!given_[i].isZero(0)) held_depth = std::min(held_depth, contacts.points[i].depth);
+    }
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      if (!contacts.points[i].is_ahead) LoadContact(pair, contacts.points[i], i, a, b, held_depth);
     }
   }
 }
 
 void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a,
-                        const Side& b) {
+                        const Side& b, double held_depth) {
   // The solver pushes one side away from the other, and the one that it pushes must be movable.
   const double sign = b.solved_as != kUnsolved ? 1 : -1;
   const Side& pushed = sign > 0 ? b : a;
   const Side& other = sign > 0 ? a : b;
   const Vector3 other_velocity = other.VelocityAt(point.position);
   const bool moves_by_itself = other.solved_as == kUnsolved;
+  const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
   // How the surface of the pushed side runs against that of the other.
   const Vector3 run = sign * (pair.surface_velocity - point.normal * point.normal.dot(pair.surface_velocity));
+  const Vector3 given = pushes_[island].way == Way::kWarm ? Vector3(sign * given_[index]) : Vector3::Zero();
   solver_.AddContact({.body = pushed.solved_as,
                       .other = other.solved_as,
                       .position = point.position,
                       .normal = sign * point.normal,
-                      .depth = point.depth,
+                      .depth = given.isZero(0) ? point.depth : held_depth,
                       .friction = point.friction,
                       .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
                       .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
@@ -264,8 +351,9 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                       .rolling_friction = pair.material.rolling_friction,
                       .spinning_friction = pair.material.spinning_friction,
                       .relative_spin = pushed.angular_velocity - other.angular_velocity,
-                      .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero()});
-  solved_.push_back({index, sign});
+                      .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
+                      .given = given});
+  solved_.push_back({index, island, sign});
 }
 
 void World::StoreImpulses(ContactBuffer& contacts) const {
@@ -277,10 +365,11 @@ void World::StoreImpulses(ContactBuffer& contacts) const {
   }
 }
 
-void World::StoreBodies(StateArrays& state) {
+void World::StoreBodies(Way way, StateArrays& state) {
   for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
     const EntityRow row = solved_rows_[i];
     bodies_[Index(row)].solved_as = kUnsolved;
+    if (pushes_[islands_.IslandOf(row)].way != way) continue;
     const Motion motion = solver_.motion(i);
     CheckFinite(motion);
     state.linear_velocities.col(Index(row)) = motion.linear_velocity;
@@ -295,11 +384,6 @@ void World::StorePose(EntityRow row, const Vector3& center_of_mass, const Quater
   if (!body.is_centered) pose.position -= orientation * body.mass.center_of_mass;
   state.set_pose(row, pose);
   Move(body, pose);
-}
-
-void World::SaveState(std::string& bytes) const {
-  // Nothing is remembered from one solve to the next.
-  static_cast<void>(bytes);
 }
 
 }  // namespace genphys::ode_backend

@@ -9,6 +9,7 @@
 #include "genphys/backend.h"
 #include "genphys/islands.h"
 #include "shapes.h"
+#include "warm_start.h"
 
 namespace genphys::ode_backend {
 
@@ -27,7 +28,8 @@ class World final : public BackendWorld {
   void ScaleInertia(std::span<const InertiaScale> scales) override { scales_.assign(scales.begin(), scales.end()); }
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
-  void SaveState(std::string& bytes) const override;
+  void Recall(const ContactBuffer& solved) override;
+  void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
 
  private:
   static constexpr uint32_t kUnsolved = ContactConstraint::kImmovable;
@@ -58,28 +60,36 @@ class World final : public BackendWorld {
     }
   };
 
+  // All at once; by sweeps from what held it at the last solve; by sweeps from nothing.
+  enum class Way { kDirect, kWarm, kCold };
+
   // What pushes meet in an island, 1/kg, and how it is solved for that.
   struct Pushes {
     double easiest = 0;
     double hardest = std::numeric_limits<double>::infinity();
-    bool is_direct = false;
+    Way way = Way::kCold;
+    double speed_before = 0;  // m/s, of its contacts at most
   };
 
   static void Move(Body& body, const Pose& pose);
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
   void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
-  void SolveGroup(double step_size, bool direct, StateArrays& state, ContactBuffer& contacts,
+  void SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows);
+  void Recognise(const ContactBuffer& contacts);
+  bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
+  void GiveUpUnheld(const ContactBuffer& contacts);
   void LoadBodies(const StateArrays& state);
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
   void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
   size_t CountContacts(const ContactBuffer& contacts) const;
-  void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b);
+  void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b,
+                   double held_depth);
   Side SideOf(EntityRow row, const StateArrays& state) const;
   void NotePush(const Vector3& point, EntityRow row, const StateArrays& state);
   void StoreImpulses(ContactBuffer& contacts) const;
-  void StoreBodies(StateArrays& state);
+  void StoreBodies(Way way, StateArrays& state);
   void Fly(EntityRow row, double step_size, StateArrays& state);
   void StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state);
 
@@ -87,10 +97,12 @@ class World final : public BackendWorld {
   std::vector<PlacedShape> shapes_;  // by geometry row
   uint64_t last_serial_ = 0;
   ContactSolver solver_;
+  WarmStart warm_start_;
 
   struct Solved {
     uint32_t point = 0;  // in the contact buffer
-    double sign = 1;     // -1 where the solver pushed a instead of b
+    uint32_t island = 0;
+    double sign = 1;  // -1 where the solver pushed a instead of b
   };
   // Kept between calls for their memory only.
   std::vector<EntityRow> held_rows_;
@@ -99,6 +111,7 @@ class World final : public BackendWorld {
   std::vector<Pushes> pushes_;        // by island
   std::vector<InertiaScale> scales_;  // for the next solve
   std::vector<Solved> solved_;
+  std::vector<Vector3> given_;  // N*s on b, by contact point
 };
 
 }  // namespace genphys::ode_backend

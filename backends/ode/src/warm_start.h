@@ -1,0 +1,68 @@
+#pragma once
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "genphys/contact.h"
+
+namespace genphys::ode_backend {
+
+/// The impulses that held contacts at the last solve. ODE itself starts each solve from nothing and comes nearer by
+/// sweeps, of which a tower needs as many as the square of its height. What held something that rests is therefore
+/// given to its bodies before a solve, which then only has to find how it differs from that.
+class WarmStart {
+ public:
+  /// A pair of geometries of two bodies, as they were added.
+  struct Key {
+    GeometryRow a{};
+    GeometryRow b{};
+    uint64_t serial_a = 0;
+    uint64_t serial_b = 0;
+    auto operator<=>(const Key&) const = default;
+  };
+
+  /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised. Zero:
+  /// what another engine found, in steps as long as the next one.
+  void Begin(double step_size);
+
+  /// Adds a pair with its `points`, the first of which is the `first` one of the contact buffer. Writes to `given`, one
+  /// for each point, what to give to b, N*s: nothing where something slipped. False if the pair was not there before.
+  /// `frame` is the pose of the side in which its points stand still.
+  bool Add(const Key& key, const Pose& frame, std::span<const ContactPoint> points, uint32_t first,
+           std::span<Vector3> given);
+
+  /// Remembers what the solve found, of all `points` of the contact buffer.
+  void End(std::span<const ContactPoint> points);
+
+  /// Appends all that the next solve depends on.
+  void Save(std::string& bytes) const;
+
+ private:
+  struct Pair {
+    Key key;
+    uint32_t first = 0;  // in places and impulses
+    uint32_t count = 0;
+    uint32_t first_point = 0;  // in the contact buffer
+  };
+  struct Memory {
+    std::vector<Pair> pairs;
+    std::vector<Vector3> places;    // in the frame
+    std::vector<Vector3> impulses;  // on b, across the normal, N*s
+    std::vector<double> pressures;  // on b, along it, N*s; zero where something slips
+    void Clear();
+  };
+
+  const Pair* Find(const Key& key) const;
+  Vector3 GivenAt(const Pair& old, const Vector3& place, const Vector3& normal) const;
+
+  Memory now_;
+  Memory before_;
+  std::vector<std::pair<Key, uint32_t>> index_;  // of before_, ascending
+  double step_size_ = 0;                         // s, of the last solve; zero if it was not one of ours
+  double scale_ = 0;                             // of impulses, from that to this one
+};
+
+}  // namespace genphys::ode_backend
