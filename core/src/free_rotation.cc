@@ -46,7 +46,7 @@ Column4 Stepped(const Column4& q, const Vector3& momentum, const Matrix3& invers
 }
 
 bool IsAboutPrincipalAxis(const Vector3& momentum, const Vector3& spin) {
-  return momentum.cross(spin).norm() <= kParallel * momentum.norm() * spin.norm();
+  return momentum.cross(spin).squaredNorm() <= kParallel * kParallel * momentum.squaredNorm() * spin.squaredNorm();
 }
 
 int CountSteps(const Vector3& spin, double time) {

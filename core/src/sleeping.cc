@@ -1,6 +1,7 @@
 #include "sleeping.h"
 
 #include <algorithm>
+#include <array>
 
 #include "disjoint_sets.h"
 #include "running_surfaces.h"
@@ -8,16 +9,14 @@
 namespace genphys {
 namespace {
 
-const RigidBody& BodyOf(const Scene& scene, uint32_t row) { return *scene.entities[row]->desc->rigid_body; }
+const BodyTraits& TraitsOf(const Scene& scene, uint32_t row) { return scene.entities[row]->traits; }
 
-bool IsDynamic(const Scene& scene, uint32_t row) {
-  const auto& entity = scene.entities[row];
-  return entity && entity->desc->rigid_body && BodyOf(scene, row).motion_type == MotionType::kDynamic;
-}
+bool IsDynamic(const Scene& scene, uint32_t row) { return scene.entities[row] && TraitsOf(scene, row).is_dynamic; }
 
-bool IsSlow(const StateArrays& state, uint32_t row, const AutoDisable& policy) {
-  return state.linear_velocities.col(row).norm() <= *policy.linear_speed_max &&
-         state.angular_velocities.col(row).norm() <= *policy.angular_speed_max;
+// Whether it moves and whether it turns.
+std::array<bool, 2> Motions(const StateArrays& state, uint32_t row, const BodyTraits& traits) {
+  return {state.linear_velocities.col(row).norm() > traits.rest_speed,
+          state.angular_velocities.col(row).norm() > traits.rest_spin};
 }
 
 // Calls `visit(row_a, row_b)` for every spring between two entities.
@@ -30,8 +29,8 @@ void ForEachSpring(const Scene& scene, Visit visit) {
 }
 
 bool RestedEnough(const Scene& scene, const LayerState& layer, uint32_t row) {
-  const AutoDisable& policy = BodyOf(scene, row).auto_disable;
-  return *policy.enabled && layer.rest_times[row] >= *policy.rest_time;
+  const BodyTraits& traits = TraitsOf(scene, row);
+  return traits.may_sleep && layer.rest_times[row] >= traits.rest_time;
 }
 
 bool IsHeld(const SceneJoint& joint, const LayerState& layer) {
@@ -63,8 +62,8 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
   bool any = false;
   for (EntityRow entity : rows) {
     const uint32_t row = Index(entity);
-    const bool slow = IsSlow(state, row, BodyOf(scene, row).auto_disable);
-    layer.rest_times[row] = slow ? layer.rest_times[row] + step_size : 0;
+    const auto [moves, turns] = Motions(state, row, TraitsOf(scene, row));
+    layer.rest_times[row] = !moves && !turns ? layer.rest_times[row] + step_size : 0;
     any = any || RestedEnough(scene, layer, row);
   }
   if (!any) return {};
@@ -108,13 +107,36 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
   return sleepers;
 }
 
+uint32_t CountIslands(const Scene& scene, const LayerState& layer, const JointIndex& joints,
+                      const std::vector<EntityRow>& rows) {
+  std::vector<uint8_t> counted(scene.entities.size());
+  for (const EntityRow row : rows) counted[Index(row)] = true;
+  DisjointSets islands(counted.size());
+  auto count = static_cast<uint32_t>(rows.size());
+  const auto tie = [&](uint32_t a, uint32_t b) {
+    if (!counted[a] || !counted[b] || islands.Find(a) == islands.Find(b)) return;
+    islands.Join(a, b);
+    --count;
+  };
+  for (const TouchingPair& touching : layer.touching) {
+    if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
+  }
+  for (const EntityRow row : rows) {
+    for (const uint32_t slot : joints.Of(row)) {
+      const JointDesc& desc = scene.joints[slot]->desc;
+      if (!desc.entity_a.is_world() && !desc.entity_b.is_world()) {
+        tie(desc.entity_a.id.index(), desc.entity_b.id.index());
+      }
+    }
+  }
+  return count;
+}
+
 void ReportMoving(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows, LayerState& layer,
                   std::vector<EventKind>& events) {
   for (EntityRow entity : rows) {
     const uint32_t row = Index(entity);
-    const AutoDisable& policy = BodyOf(scene, row).auto_disable;
-    const bool moves[2] = {state.linear_velocities.col(row).norm() > *policy.linear_speed_max,
-                           state.angular_velocities.col(row).norm() > *policy.angular_speed_max};
+    const std::array<bool, 2> moves = Motions(state, row, TraitsOf(scene, row));
     for (const bool rotation : {false, true}) {
       const uint8_t bit = rotation ? 2 : 1;
       if (moves[rotation] == ((layer.moving[row] & bit) != 0)) continue;

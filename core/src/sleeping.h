@@ -15,6 +15,10 @@ std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state,
                                    const JointIndex& joints, const std::vector<uint8_t>& active, double step_size,
                                    LayerState& layer);
 
+/// How many groups the awake dynamic `rows` make that touch or are joined; who does neither is a group alone.
+uint32_t CountIslands(const Scene& scene, const LayerState& layer, const JointIndex& joints,
+                      const std::vector<EntityRow>& rows);
+
 /// Compares the speeds of `rows` with the thresholds of their AutoDisable, updates LayerState::moving, and tells whose
 /// motion started or stopped.
 void ReportMoving(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows, LayerState& layer,

@@ -34,9 +34,7 @@ struct DampedFlight {
 // Whether its way through this step has a closed form as long as nothing comes in between.
 bool StepRun::MayFly(EntityRow row) const {
   if (!world_.layer_.half_steps[Index(row)].in_flight || scratch_.jointed[row]) return false;
-  if (scratch_.steered[row]) return false;
-  const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
-  return !body.linear_speed_max && !body.angular_speed_max && !body.locked_axes.any();
+  return !scratch_.steered[row] && world_.scene_.entities[Index(row)]->traits.is_free;
 }
 
 // Forces that turn a body, or turn with it, leave its flight without a closed form.
@@ -135,9 +133,8 @@ void StepRun::Ground(EntityRow row, double elapsed) {
 void StepRun::Fly(const Flyer& flyer, double time) {
   const uint32_t row = Index(flyer.row);
   const SceneEntity& entity = *world_.scene_.entities[row];
-  const RigidBody& body = *entity.desc->rigid_body;
   const MassProperties& mass = entity.mass;
-  const DampedFlight linear(body.linear_damping, time), angular(body.angular_damping, time);
+  const DampedFlight linear(entity.traits.linear_damping, time), angular(entity.traits.angular_damping, time);
   Pose pose = state_.pose(flyer.row);
   const Vector3 velocity = state_.linear_velocities.col(row), spin = state_.angular_velocities.col(row);
   pose.position += linear.way * velocity + linear.fall * flyer.acceleration;
@@ -164,15 +161,15 @@ void StepRun::Fly(const Flyer& flyer, double time) {
 void StepRun::FinishFlight() {
   for (const Flyer& flyer : flyers_) {
     const uint32_t row = Index(flyer.row);
-    const MassProperties& mass = world_.scene_.entities[row]->mass;
+    const SceneEntity& entity = *world_.scene_.entities[row];
     const Vector3 before = state_.linear_velocities.col(row);
     Fly(flyer, step_size_);
-    state_.net_forces.col(row) = mass.mass / step_size_ * (state_.linear_velocities.col(row) - before);
+    state_.net_forces.col(row) = entity.mass.mass / step_size_ * (state_.linear_velocities.col(row) - before);
     state_.net_torques.col(row).setZero();
-    const double damping = world_.scene_.entities[row]->desc->rigid_body->angular_damping;
+    const double damping = entity.traits.angular_damping;
     if (damping == 0) continue;
     const Vector3 momentum =
-        WorldTensor(state_.pose(flyer.row).orientation, mass.tensor) * state_.angular_velocities.col(row);
+        WorldTensor(state_.pose(flyer.row).orientation, entity.mass.tensor) * state_.angular_velocities.col(row);
     state_.net_torques.col(row) = (1 - std::exp(damping * step_size_)) / step_size_ * momentum;
   }
   Mark("flight");

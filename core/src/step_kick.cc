@@ -22,10 +22,9 @@ constexpr double kSameForce = 1e-12;
 constexpr double kBlowChange = 0.5;
 constexpr double kBlowSize = 1.5;
 
-Vector3 Limited(const Vector3& velocity, const std::optional<double>& speed_max) {
-  if (!speed_max) return velocity;
+Vector3 Limited(const Vector3& velocity, double speed_max) {
   const double speed = velocity.norm();
-  return speed > *speed_max ? Vector3(velocity * (*speed_max / speed)) : velocity;
+  return speed > speed_max ? Vector3(velocity * (speed_max / speed)) : velocity;
 }
 
 bool IsSame(const Vector3& a, const Vector3& b) { return (a - b).norm() <= kSameForce * std::max(a.norm(), b.norm()); }
@@ -62,7 +61,7 @@ void StepRun::GatherFields(double h) {
 // Gravity and the forces of commands, which are known wherever the body is.
 StepRun::Push StepRun::SteadyPush(EntityRow row) const {
   const SceneEntity& entity = *world_.scene_.entities[Index(row)];
-  Push push{entity.desc->rigid_body->gravity_scale * world_.scene_.world.gravity, Vector3::Zero()};
+  Push push{entity.traits.gravity_scale * world_.scene_.world.gravity, Vector3::Zero()};
   if (scratch_.wrenches.empty()) return push;
   const Wrench& wrench = std::as_const(scratch_.wrenches)[row];
   push.acceleration += wrench.force / entity.mass.mass;
@@ -114,8 +113,7 @@ void StepRun::KickMover(Mover& mover, double h) {
   const JointBody* const held = joints_.Find(mover.row);
   mover.yield = held != nullptr ? 1 / held->factor : 1;
   const uint32_t row = Index(mover.row);
-  const RigidBody& body = *world_.scene_.entities[row]->desc->rigid_body;
-  const MassProperties& mass = world_.scene_.entities[row]->mass;
+  const auto& [id, desc, mass, traits] = *world_.scene_.entities[row];
   mover.field = {};
   if (!scratch_.field_wrenches.empty()) {
     const Wrench& wrench = std::as_const(scratch_.field_wrenches)[mover.row];
@@ -128,12 +126,12 @@ void StepRun::KickMover(Mover& mover, double h) {
   Brake(mover, mover.past + h / 2, linear, mover.momentum);
   linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);
   mover.momentum += mover.yield * (h / 2 * (mover.steady.torque + mover.field.torque));
-  mover.linear_given = Limited(linear, body.linear_speed_max);
+  mover.linear_given = Limited(linear, traits.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 
   Vector3 spin = mover.inverse_tensor * mover.momentum;
-  if (body.angular_speed_max && spin.norm() > *body.angular_speed_max) {
-    spin = Limited(spin, body.angular_speed_max);
+  if (spin.norm() > traits.angular_speed_max) {
+    spin = Limited(spin, traits.angular_speed_max);
     mover.momentum = mover.tensor * spin;
   }
   const bool uniform = mass.spherical || !(spin.norm() <= Limits::kSpinMax);
@@ -143,9 +141,9 @@ void StepRun::KickMover(Mover& mover, double h) {
 }
 
 void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const {
-  const RigidBody& body = *world_.scene_.entities[Index(mover.row)]->desc->rigid_body;
-  if (body.linear_damping > 0) linear *= std::exp(-body.linear_damping * time);
-  if (body.angular_damping > 0) momentum *= std::exp(-body.angular_damping * time);
+  const BodyTraits& traits = world_.scene_.entities[Index(mover.row)]->traits;
+  if (traits.linear_damping > 0) linear *= std::exp(-traits.linear_damping * time);
+  if (traits.angular_damping > 0) momentum *= std::exp(-traits.angular_damping * time);
   if (!fields_.empty()) fields_.Drag(mover.row, time, mover.inverse_tensor, linear, momentum);
 }
 
@@ -153,7 +151,7 @@ void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& m
 void StepRun::EndMover(Mover& mover, double h) {
   const uint32_t row = Index(mover.row);
   HalfStep& half = world_.layer_.half_steps[row];
-  const SceneEntity& entity = *world_.scene_.entities[row];
+  const BodyTraits& traits = world_.scene_.entities[row]->traits;
   const Vector3 gained = state_.linear_velocities.col(row) - mover.linear_given;
   // The engine turned the body by a mean spin; what it changed of that is an impulse, and the rest is the momentum.
   const Vector3 turned = mover.tensor * (state_.angular_velocities.col(row) - mover.spin_given);
@@ -195,10 +193,9 @@ void StepRun::EndMover(Mover& mover, double h) {
   Vector3 linear = half.velocity + half.steady_kick + h / 2 * mover.field.acceleration;
   Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * mover.field.torque);
   Brake(mover, h / 2, linear, momentum);
-  const RigidBody& body = *entity.desc->rigid_body;
-  state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, body.linear_speed_max);
+  state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, traits.linear_speed_max);
   const Vector3 spin = mover.inverse_tensor * (momentum + half.held_momentum);
-  state_.angular_velocities.col(row) = Limited(spin, body.angular_speed_max);
+  state_.angular_velocities.col(row) = Limited(spin, traits.angular_speed_max);
 }
 
 // Whoever nothing touches or holds any more is paid what contacts and joints owed; it is shown already.

@@ -128,7 +128,7 @@ EntityId World::Create(std::shared_ptr<const EntityDesc> desc, const MassPropert
   if (slot >= scene_.entities.size()) Grow();
   const EntityRow row{slot};
   ++entity_count_;
-  scene_.entities[slot] = SceneEntity{id, std::move(desc), mass};
+  scene_.entities[slot].emplace(id, std::move(desc), mass);
   state_.ids[slot] = id;
   state_.set_pose(row, scene_.entities[slot]->desc->pose);
   AttachBody(row);
@@ -218,8 +218,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     // Forces act on, on a body of another shape, unless it is a new one or is moved by none.
     if (fields.Has(EntityField::kRigidBody) || !IsDynamic(*desc)) Unforce(command.id);
     DetachBody(row);
-    entity.desc = std::move(desc);
-    entity.mass = mass;
+    entity.Become(std::move(desc), mass);
     AttachBody(row);
     // A new body starts as described; a changed one goes on as it moved, if it still can.
     const bool goes_on = had_body && !fields.Has(EntityField::kRigidBody) && entity.desc->rigid_body &&
@@ -229,8 +228,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   } else {
     const bool has_body = entity.desc->rigid_body.has_value();
     if (has_body) IgnoreOthers(entity, false);
-    entity.desc = std::move(desc);
-    entity.mass = mass;
+    entity.Become(std::move(desc), mass);
     if (has_body) IgnoreOthers(entity, true);
   }
   if (fields.Has(EntityField::kIgnoredEntities) && near_ != nullptr) {

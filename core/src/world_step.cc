@@ -85,9 +85,7 @@ void StepRun::Mark(std::string_view stage) {
   }
 }
 
-bool StepRun::IsDynamic(EntityRow row) const {
-  return world_.scene_.entities[Index(row)]->desc->rigid_body->motion_type == MotionType::kDynamic;
-}
+bool StepRun::IsDynamic(EntityRow row) const { return world_.scene_.entities[Index(row)]->traits.is_dynamic; }
 
 void StepRun::CollectRows() {
   if (world_.active_count_ == 0) return;
@@ -240,9 +238,9 @@ bool StepRun::WakeTouched() {
 bool StepRun::WillTouch(const ContactPair& pair) const {
   const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
   const auto falls = [&](EntityRow row) -> Vector3 {
-    const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
-    const bool moves = world_.active_[Index(row)] && body.motion_type == MotionType::kDynamic;
-    return moves ? Vector3(substep_ * body.gravity_scale * world_.scene_.world.gravity) : Vector3(Vector3::Zero());
+    const BodyTraits& traits = world_.scene_.entities[Index(row)]->traits;
+    const bool moves = world_.active_[Index(row)] && traits.is_dynamic;
+    return moves ? Vector3(substep_ * traits.gravity_scale * world_.scene_.world.gravity) : Vector3(Vector3::Zero());
   };
   const Vector3 gained = falls(pair.entity_b) - falls(pair.entity_a);
   const auto first = world_.contacts_.points.begin() + pair.first_point;

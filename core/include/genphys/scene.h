@@ -29,11 +29,32 @@ struct WorldDesc {
   std::vector<Feature> required_features;  // creation fails unless the engine has all of these
 };
 
+/// What every step asks of a body, side by side: the description that it is taken from lies anywhere in memory, and
+/// fetching it costs a body in free flight more than moving it.
+struct BodyTraits {
+  bool is_dynamic = false;
+  bool is_free = false;  // neither a limit of speed nor a locked axis
+  bool may_sleep = false;
+  double gravity_scale = 1;
+  double linear_damping = 0;     // 1/s
+  double angular_damping = 0;    // 1/s
+  double linear_speed_max = 0;   // m/s, infinite if there is none
+  double angular_speed_max = 0;  // rad/s, likewise
+  double rest_speed = 0;         // m/s, of what rests at most
+  double rest_spin = 0;          // rad/s, likewise
+  double rest_time = 0;          // s
+};
+
 /// An entity as it was asked for, with every default filled in, and what follows from that alone.
 struct SceneEntity {
+  SceneEntity(EntityId its_id, std::shared_ptr<const EntityDesc> its_desc, const MassProperties& its_mass);
+  /// Makes it another entity with the same id.
+  void Become(std::shared_ptr<const EntityDesc> other, const MassProperties& other_mass);
+
   EntityId id;
   std::shared_ptr<const EntityDesc> desc;
   MassProperties mass;  // meaningful for dynamic bodies
+  BodyTraits traits;    // meaningful with a body
 };
 
 /// A joint as it was asked for, with every default and both frames filled in and its entities named by id.
