@@ -28,7 +28,8 @@ std::string ToJson(const Spread& spread) {
 void Write(std::ostream& out, const StepStats& lanes) {
   out << ",\n          \"lanes\": {\"asleep\": " << lanes.entities_asleep
       << ", \"in_flight\": " << lanes.entities_in_flight << ", \"in_engine\": " << lanes.entities_in_engine
-      << ", \"pairs\": " << lanes.pairs << ", \"contacts\": " << lanes.contacts << ", \"stages_us\": {";
+      << ", \"pairs\": " << lanes.pairs << ", \"contacts\": " << lanes.contacts << ", \"islands\": " << lanes.islands
+      << ", \"stages_us\": {";
   const char* separator = "";
   for (const StepStats::Stage& stage : lanes.stages) {
     out << std::exchange(separator, ", ") << Quoted(stage.name) << ": "
@@ -115,8 +116,9 @@ std::string ToText(const Outcome& outcome) {
   for (const Cost& cost : outcome.costs) {
     Print(text, "  %-44s %12.3f us", cost.name.c_str(), cost.step.median);
     if (cost.lanes) {
-      Print(text, "  %u asleep, %u in flight, %u in the engine, %u pairs, %u contacts", cost.lanes->entities_asleep,
-            cost.lanes->entities_in_flight, cost.lanes->entities_in_engine, cost.lanes->pairs, cost.lanes->contacts);
+      Print(text, "  %u asleep, %u in flight, %u in the engine, %u pairs, %u contacts, %u islands",
+            cost.lanes->entities_asleep, cost.lanes->entities_in_flight, cost.lanes->entities_in_engine,
+            cost.lanes->pairs, cost.lanes->contacts, cost.lanes->islands);
     }
     text += '\n';
   }

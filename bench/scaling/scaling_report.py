@@ -48,7 +48,7 @@ ABOUT = {
 }
 """What is to be known of a scene besides its title."""
 
-LANES = ("asleep", "in_flight", "in_engine", "pairs", "contacts")
+LANES = ("asleep", "in_flight", "in_engine", "pairs", "contacts", "islands")
 """What the results tell of the entities of a step."""
 
 
@@ -113,7 +113,8 @@ def stages(lanes: dict[str, Any]) -> str:
 
 
 def cost_rows(outcomes: list[dict[str, Any]]) -> list[list[str]]:
-    table = [["engine", "", "µs", "asleep", "in flight", "in the engine", "pairs", "contacts", "where the time goes"]]
+    table = [["engine", "", "µs", "asleep", "in flight", "in the engine", "pairs", "contacts", "islands",
+              "where the time goes"]]
     for each in outcomes:
         for cost in each["costs"]:
             lanes = cost.get("lanes")

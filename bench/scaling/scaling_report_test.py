@@ -14,7 +14,7 @@ def spread(median: float) -> dict:
 
 def cost(series: str, size: int, us: float) -> dict:
     return {"series": series, "name": f"{size} {series}", "size": size, "step_us": spread(us),
-            "lanes": {"asleep": size, "in_flight": 0, "in_engine": 1, "pairs": 1, "contacts": 4,
+            "lanes": {"asleep": size, "in_flight": 0, "in_engine": 1, "pairs": 1, "contacts": 4, "islands": 1,
                       "stages_us": {"solve": 3.0, "collide": 1.0, "report": 0.01}}}
 
 

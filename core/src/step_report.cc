@@ -36,6 +36,7 @@ void StepRun::Report() {
   const EventKinds& kinds = world_.scene_.world.recorded_events;
   for (EntityId id : world_.woken_) events.push_back(EntityWoke{id});
   world_.woken_.clear();
+  CountIslands();
   const auto in_engine = static_cast<std::ptrdiff_t>(rows_.size());
   for (const Flyer& flyer : flyers_) rows_.push_back(flyer.row);
   std::inplace_merge(rows_.begin(), rows_.begin() + in_engine, rows_.end());
@@ -68,6 +69,12 @@ void StepRun::PutToSleep(EntityRow entity) {
   world_.layer_.half_steps[row].Forget();
   world_.TellPose(entity);
   world_.UpdateActive(entity);
+}
+
+// While rows_ are still those of the engine's lane.
+void StepRun::CountIslands() {
+  if (!world_.record_stats_) return;
+  world_.stats_.islands = genphys::CountIslands(world_.scene_, world_.layer_, world_.joint_index_, rows_);
 }
 
 void StepRun::FillStats() {

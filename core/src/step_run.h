@@ -135,6 +135,7 @@ class StepRun {
   void CountForcesDown();
   void Report();
   void PutToSleep(EntityRow row);
+  void CountIslands();
   void FillStats();
 
   // m: a contact with a wider gap touches nothing yet.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "conformance/engine_test.h"
+#include "support/joints.h"
 #include "support/random.h"
 
 namespace genphys::testing {
@@ -45,6 +46,33 @@ TEST_P(Lanes, AreLeftForTheEngineWhereThatIsAskedFor) {
     EXPECT_EQ(world->stats().entities_in_flight, engine_only ? 0u : 1u);
     EXPECT_EQ(world->stats().entities_in_engine, engine_only ? 1u : 0u);
   }
+}
+
+TEST_P(Lanes, TellHowManyIslandsTheEngineWasGiven) {
+  const auto world = MakeSpace(GetParam(), false, true);
+  const auto lie = [&](const Vector3& position) {
+    EntityDesc crate = Crate(position, 0.5);
+    crate.rigid_body->auto_disable.enabled = false;
+    return Add(*world, crate);
+  };
+  // Two stacks, two who are alone, and somebody who flies.
+  lie({0, 0, 0.5});
+  lie({0, 0, 1.5});
+  const EntityId low = lie({10, 0, 0.5});
+  lie({10, 0, 1.5});
+  const EntityId joined = lie({13, 0, 0.5});
+  lie({20, 0, 0.5});
+  Add(*world, Thrown(0));
+  Steps(*world, 20);
+
+  EXPECT_EQ(world->stats().islands, 4u);
+  EXPECT_EQ(world->stats().entities_in_engine, 6u);
+  Join(*world, Between(low, joined, DistanceJoint{}));
+  Steps(*world, 1);
+  EXPECT_EQ(world->stats().islands, 3u);
+  Do(*world, DeleteEntity{joined});
+  Steps(*world, 1);
+  EXPECT_EQ(world->stats().islands, 3u);
 }
 
 TEST_P(Lanes, OfFlightAndEngineGoTheSameWay) {

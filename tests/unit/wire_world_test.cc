@@ -73,6 +73,7 @@ TEST(WireWorld, TellsWhereAStepWent) {
                         .entities_in_engine = 2,
                         .pairs = 3,
                         .contacts = 4,
+                        .islands = 8,
                         .stages = {{"solve", 5}, {"sort", 6}}};
   v1::StepStats encoded;
 
@@ -83,6 +84,7 @@ TEST(WireWorld, TellsWhereAStepWent) {
   EXPECT_EQ(encoded.entities_in_engine(), 2u);
   EXPECT_EQ(encoded.pairs_tested(), 3u);
   EXPECT_EQ(encoded.contacts(), 4u);
+  EXPECT_EQ(encoded.islands(), 8u);
   ASSERT_EQ(encoded.stages_size(), 2);
   EXPECT_EQ(encoded.stages(1).stage(), "sort");
   EXPECT_EQ(encoded.stages(1).nanoseconds(), 6u);

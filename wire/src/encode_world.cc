@@ -53,6 +53,7 @@ void EncodeStats(const StepStats& stats, v1::StepStats* out) {
   out->set_entities_in_engine(stats.entities_in_engine);
   out->set_pairs_tested(stats.pairs);
   out->set_contacts(stats.contacts);
+  out->set_islands(stats.islands);
   for (const StepStats::Stage& stage : stats.stages) {
     v1::StageTime* time = out->add_stages();
     time->set_stage(stage.name.data(), stage.name.size());

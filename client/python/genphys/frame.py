@@ -222,7 +222,7 @@ class StepStats:
         entities_in_engine: Stepped by the engine.
         pairs_tested: Pairs of geometries that were looked at closely.
         contacts: Contact points found.
-        islands: Groups of entities that touch or are joined.
+        islands: Groups, among those stepped by the engine, of entities that touch or are joined.
         stages: Nanoseconds of each part of the step, by name, in order of time.
     """
 

@@ -36,6 +36,7 @@ struct StepStats {
   uint32_t entities_in_engine = 0;
   uint32_t pairs = 0;     // touching or nearly so
   uint32_t contacts = 0;  // points
+  uint32_t islands = 0;   // of those in the engine: groups that touch or are joined; who does neither is one
   std::vector<Stage> stages;
 };
 
