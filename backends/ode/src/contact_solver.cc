@@ -24,6 +24,8 @@ constexpr double kPushOutSpeedMax = 0.3;
 // Softness of a contact, of the inverse of the masses that it moves: the exact solver divides by what redundant
 // contacts leave over. The iterative one needs none, and softness lets a heavy body creep down a slope.
 constexpr double kDirectSoftness = 1e-4;
+// Part of that for firm contacts: with all of it 10 t on a cube of 1 kg press it in by 1.7 mm at the preset's steps.
+constexpr double kFirmness = 0.1;
 // Few rows get more iterations than a preset's, for this much work in all: a small stack that is solved to fewer digits
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
@@ -358,7 +360,7 @@ void ContactSolver::StirSeed(double value) {
 double ContactSolver::Softness(const ContactConstraint& contact) const {
   double inverse_mass = inverse_masses_[contact.body];
   if (contact.other != ContactConstraint::kImmovable) inverse_mass += inverse_masses_[contact.other];
-  return kDirectSoftness * step_size_ * inverse_mass;
+  return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * inverse_mass;
 }
 
 uint32_t ContactSolver::Iterations() const {

@@ -12,6 +12,10 @@ namespace {
 
 // An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
 constexpr size_t kAutomaticRowsMax = 160;
+// So is one without joints that has no more rows than the second of these, if a push moves some of it so many times
+// more than the rest: sweeps come no nearer where something heavy lies on something light.
+constexpr double kUnevenSpread = 50;
+constexpr size_t kUnevenRowsMax = 60;
 // Contacts of an island that is solved from what held it before. Of more, some slip or part at every step.
 constexpr size_t kWarmContactsMax = 200;
 // The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
@@ -128,9 +132,9 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
                           std::span<const JointRow> joint_rows) {
   pushes_.assign(islands_.islands().size(), {});
   if (solver_.solver() == Solver::kIterative) return;
-  if (solver_.solver() == Solver::kAutomatic && joint_rows.empty()) return;
   for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor) continue;
+    const uint32_t number = islands_.IslandOf(pair.entity_a, pair.entity_b);
+    if (pair.is_sensor || number == Islands::kNone || !IsDirectWanted(islands_.islands()[number])) continue;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       for (const EntityRow row : {pair.entity_a, pair.entity_b}) NotePush(contacts.points[i].position, row, state);
     }
@@ -141,13 +145,21 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
   }
   for (size_t i = 0; i < pushes_.size(); ++i) {
     const Islands::Island& island = islands_.islands()[i];
-    // Stacks are what the direct solver is worst at, and joints what it is best at.
-    const bool is_wanted = solver_.solver() == Solver::kDirect ||
-                           (island.joint_rows > 0 && 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax);
     const double spread = pushes_[i].easiest > 0 ? pushes_[i].easiest / pushes_[i].hardest : 1;
-    const bool is_direct = is_wanted && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
+    pushes_[i].is_uneven = island.joint_rows == 0 && spread >= kUnevenSpread;
+    const bool is_easy = solver_.solver() == Solver::kAutomatic && island.joint_rows == 0 && !pushes_[i].is_uneven;
+    const bool is_direct =
+        IsDirectWanted(island) && !is_easy && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
     pushes_[i].way = is_direct ? Way::kDirect : Way::kCold;
   }
+}
+
+// Stacks are what the direct solver is worst at, unless they are small and of very different weights; joints are what
+// it is best at.
+bool World::IsDirectWanted(const Islands::Island& island) const {
+  if (solver_.solver() == Solver::kDirect) return true;
+  const size_t rows = 3 * island.contacts + island.joint_rows;
+  return rows <= (island.joint_rows > 0 ? kAutomaticRowsMax : kUnevenRowsMax);
 }
 
 // Finds the islands of which every pair was there at the last solve.
@@ -352,6 +364,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                       .spinning_friction = pair.material.spinning_friction,
                       .relative_spin = pushed.angular_velocity - other.angular_velocity,
                       .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
+                      .is_firm = pushes_[island].is_uneven,
                       .given = given});
   solved_.push_back({index, island, sign});
 }

@@ -68,6 +68,7 @@ class World final : public BackendWorld {
     double easiest = 0;
     double hardest = std::numeric_limits<double>::infinity();
     Way way = Way::kCold;
+    bool is_uneven = false;   // pushes meet very different weights
     double speed_before = 0;  // m/s, of its contacts at most
   };
 
@@ -75,6 +76,7 @@ class World final : public BackendWorld {
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
   void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
+  bool IsDirectWanted(const Islands::Island& island) const;
   void SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows);
   void Recognise(const ContactBuffer& contacts);
