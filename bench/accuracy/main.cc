@@ -27,6 +27,7 @@ struct CommandLine {
   std::vector<int> rates;
   int rounds = 5;
   bool frontier = false;
+  bool engine_only = false;
   bool quick = false;
   bool bars = false;
   bool list = false;
@@ -44,6 +45,8 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->check(CLI::Range(0, 1000));
   app.add_flag("--frontier", line.frontier,
                "our model at the settings among which presets were chosen, and nobody else");
+  app.add_flag("--engine-only", line.engine_only, "our model with every body left to the engine, to compare")
+      ->excludes("--frontier");
   app.add_flag("--quick", line.quick, "60, 240 and 1000 steps per second, one round");
   app.add_flag("--bars", line.bars, "only what a bar is set for; says which are held, and fails if one is not");
   app.add_flag("--list", line.list, "names problems and contenders");
@@ -56,7 +59,8 @@ bool IsWanted(const std::vector<std::string>& wanted, const auto& matches) {
 class Session {
  public:
   Session(const CommandLine& line, const BackendRegistry& registry)
-      : line_(line), contenders_(line.frontier ? FrontierContenders(registry) : Contenders(registry)) {
+      : line_(line),
+        contenders_(line.frontier ? FrontierContenders(registry) : Contenders(registry, line.engine_only)) {
     for (Problem& problem : Problems()) {
       const bool wanted = IsWanted(line.problems, [&](const std::string& name) {
         return problem.id == name || problem.id.starts_with(name + '.');

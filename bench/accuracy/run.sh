@@ -4,8 +4,8 @@
 # Usage: run.sh <build folder> [--record] [options of bench_accuracy; see its --help]
 #
 # The results and the report go to <build folder>/bench/accuracy/. With --record they also become those of the tree:
-# bench/results/accuracy.json and docs/accuracy.md. With --bars there is no report: the exit status says whether all
-# goals are reached.
+# bench/results/accuracy.json and docs/accuracy.md. With --bars or --engine-only there is no report; the exit status
+# of --bars says whether all goals are reached.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
@@ -18,7 +18,7 @@ report=yes
 for argument in "$@"; do
   case "$argument" in
     --record) record=(--record) ;;
-    --bars | --list | --help | -h)
+    --bars | --engine-only | --list | --help | -h)
       report=no
       arguments+=("$argument")
       ;;

@@ -20,7 +20,7 @@ Contender RawBullet(const std::string& name, const BulletSetup& setup) {
 
 }  // namespace
 
-std::vector<Contender> Contenders(const BackendRegistry& registry) {
+std::vector<Contender> Contenders(const BackendRegistry& registry, bool engine_only) {
   constexpr std::array<std::pair<const char*, Quality>, 3> kPresets{
       {{"fast", Quality::kFast}, {"balanced", Quality::kBalanced}, {"accurate", Quality::kAccurate}}};
   std::vector<Contender> contenders;
@@ -28,7 +28,8 @@ std::vector<Contender> Contenders(const BackendRegistry& registry) {
     if (!backend->capabilities().Has(Feature::kContacts)) continue;
     const std::string engine = backend->capabilities().engine();
     for (const auto& [name, quality] : kPresets) {
-      contenders.push_back(GenphysContender(registry, "genphys-" + engine + '-' + name, engine, {.quality = quality}));
+      contenders.push_back(GenphysContender(registry, "genphys-" + engine + '-' + name, engine,
+                                            {.quality = quality, .engine_only = engine_only}));
     }
   }
   contenders.push_back(RawOde("raw-ode-step", {.stepper = OdeStepper::kWorldStep}));

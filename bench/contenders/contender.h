@@ -18,8 +18,9 @@ struct Contender {
   std::function<std::unique_ptr<Simulation>(const Scene&)> start;
 };
 
-/// Our model on each engine that knows contacts, with each preset, and the engines alone.
-std::vector<Contender> Contenders(const BackendRegistry& registry);
+/// Our model on each engine that knows contacts, with each preset, and the engines alone. `engine_only` leaves every
+/// body of our model to the engine.
+std::vector<Contender> Contenders(const BackendRegistry& registry, bool engine_only = false);
 
 /// Our model at each of the settings among which the presets were chosen: "genphys-ode-2" has 2 substeps with as many
 /// iterations as the presets have, and "genphys-ode-2x40" has 40 in each.
