@@ -57,7 +57,7 @@ def test_the_page_tells_bars_and_lanes():
     page = report.page(results(1.5))
     assert "| ode | 10,000 asleep / alone | at most 2 | 1.5 (1.35 to 1.65) | held |" in page
     assert "| bullet | slope | – | 0.1 ns (0.09 to 0.11) |  |" in page
-    assert "| ode | 1000 asleep | 5.5 (4.95 to 6.05) | 1,000 | 0 | 1 | 1 | 4 | solve 75 %, collide 25 % |" in page
+    assert "| ode | 1000 asleep | 5.5 (4.95 to 6.05) | 1,000 | 0 | 1 | 1 | 4 | 1 | solve 75 %, collide 25 % |" in page
 
 
 def test_numbers_have_three_digits():
