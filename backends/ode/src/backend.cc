@@ -36,7 +36,7 @@ Status CheckRandomNumbersAreOurs() {
   mass.tensor = mass.inverse_tensor = Matrix3::Identity();
   ContactSolver solver(StepperSettings{});
   solver.Begin(kBodies, 1.0 / 60);
-  solver.Reserve(kBodies * kCorners, 0, false);
+  solver.Reserve(kBodies * kCorners, 0, 0, false);
   for (uint32_t body = 0; body < kBodies; ++body) {
     solver.SetBody(body, body + 1, mass, Motion{.linear_velocity = {0, 0, -1}});
     for (uint32_t corner = 0; corner < kCorners; ++corner) {

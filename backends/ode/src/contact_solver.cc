@@ -30,8 +30,7 @@ constexpr double kFirmness = 0.1;
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
 constexpr size_t kIterationsWanted = 150;
-// Of a tower, more than that: with 300, ten boxes of which one weighs a hundred times another carry their weight to
-// 3e-6, with 150 only to 8e-3.
+// Of a tower, more than that: it needs as many as the square of its height, and is to come near enough to go on from.
 constexpr size_t kIterationsPerTwoRows = 5;
 constexpr size_t kDirectContactsMax = 100;
 // The time it takes grows with the cube of the rows.
@@ -243,12 +242,12 @@ bool ContactSolver::MayBeDirect(size_t contacts, size_t rows, double spread) {
   return contacts <= kDirectContactsMax && rows <= kDirectRowsMax && spread <= kDirectSpreadMax;
 }
 
-void ContactSolver::Reserve(size_t contacts, size_t rows, bool direct) {
+void ContactSolver::Reserve(size_t contacts, size_t held, size_t rows, bool direct) {
   if (feedback_.size() < contacts) feedback_.resize(contacts);
   // The composer keeps where its rows are.
   held_rows_.clear();
-  held_rows_.reserve(3 * contacts);
-  composer_.Begin(rows + 3 * contacts, step_size_);
+  held_rows_.reserve(3 * held);
+  composer_.Begin(rows + 3 * held, step_size_);
   is_direct_ = direct;
 }
 

@@ -73,9 +73,9 @@ class ContactSolver {
   /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
   /// times more than the hardest.
   static bool MayBeDirect(size_t contacts, size_t rows, double spread);
-  /// Tells how many contacts and rows of joints will be added at most, and whether they are solved all at once; must be
-  /// called before the first.
-  void Reserve(size_t contacts, size_t rows, bool direct);
+  /// Tells how many contacts, how many of them with something given, and rows of joints will be added at most, and
+  /// whether they are solved all at once; must be called before the first.
+  void Reserve(size_t contacts, size_t held, size_t rows, bool direct);
   /// Adds the rows of one block; see RowComposer.
   void AddRows(std::span<JointRow> block, uint32_t body_a, uint32_t body_b, std::span<const double> given_rates);
   void AddContact(const ContactConstraint& contact);

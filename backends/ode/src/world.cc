@@ -237,7 +237,8 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   if (solved_rows_.empty()) return;
   solver_.Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
   LoadBodies(state);
-  solver_.Reserve(CountContacts(contacts), joint_rows.size(), way == Way::kDirect);
+  solver_.Reserve(CountContacts(contacts), way == Way::kWarm ? CountGiven() : 0, joint_rows.size(),
+                  way == Way::kDirect);
   LoadContacts(state, contacts);
   LoadRows(state, joint_rows);
   solver_.Step();
@@ -297,6 +298,11 @@ size_t World::CountContacts(const ContactBuffer& contacts) const {
   size_t count = 0;
   for (const ContactPair& pair : contacts.pairs) count += pair.is_sensor ? 0 : pair.point_count;
   return count;
+}
+
+size_t World::CountGiven() const {
+  return static_cast<size_t>(
+      std::count_if(given_.begin(), given_.end(), [](const Vector3& given) { return !given.isZero(0); }));
 }
 
 // Where each row of a block starts from when the other side moves by itself.

@@ -86,6 +86,7 @@ class World final : public BackendWorld {
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
   void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
   size_t CountContacts(const ContactBuffer& contacts) const;
+  size_t CountGiven() const;
   void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b,
                    double held_depth);
   Side SideOf(EntityRow row, const StateArrays& state) const;
