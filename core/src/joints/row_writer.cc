@@ -98,12 +98,16 @@ void RowWriter::Correct(double error, JointRow& row) const {
   const double slop = is_angular ? 0 : correction_.slop.value_or(0);
   const double left = std::copysign(std::max(std::abs(error) - slop, 0.0), error);
   row.target = std::clamp(-correction_.PartOf(step_size_, kCorrected) * left / step_size_, -bound, bound);
-  const double mobility = Mobility(row);
-  if (!(mobility > 0)) return;
+  if (!(mobility_ > 0)) return;
   // Who says how errors are taken away gets what that takes; else they wait where it would be too much at once.
   const double quiet = is_angular ? kQuietSpin : kQuietSpeed;
   const double rate = correction_.any() ? row.target : std::min(std::abs(row.target), quiet);
-  row.repair = rate * rate / mobility / 2;
+  row.repair = rate * rate / mobility_ / 2;
+}
+
+void RowWriter::Soften(JointRow& row) {
+  mobility_ = Mobility(row);
+  row.softness = kLeastSoftness * mobility_;
 }
 
 JointRow& RowWriter::Add(const Coordinate& coordinate) {
@@ -113,7 +117,7 @@ JointRow& RowWriter::Add(const Coordinate& coordinate) {
   row.kind = coordinate.is_angular() ? JointRow::Kind::kAngular : JointRow::Kind::kLinear;
   row.axis = coordinate.axis;
   row.point = b_.frame.position;
-  row.softness = kLeastSoftness * Mobility(row);
+  Soften(row);
   return row;
 }
 
@@ -227,7 +231,7 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
   // The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1
   // and of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
   // leapfrog). One that a step does not resolve would not decay either, so that its force is that at the end.
-  const double mobility = Mobility(row) / (scale * scale);
+  const double mobility = mobility_ / (scale * scale);
   const double pace = std::max(stiffness * h, damping) * h * mobility;
   const double late = std::clamp((pace - kResolvedPace) / (kUnresolvedPace - kResolvedPace), 0.0, 1.0);
   const double inertia = (1 - late) * h * h / 4 * stiffness, resistance = (1 - late) * time / 2 * damping;
@@ -250,7 +254,7 @@ void RowWriter::LockGear(double ratio) {
   row.kind = JointRow::Kind::kGeared;
   row.axis = axis_a;
   row.axis_b = axis_b;
-  row.softness = kLeastSoftness * Mobility(row);
+  Soften(row);
   Correct(state_.positions[5], row);
 }
 

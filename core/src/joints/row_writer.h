@@ -86,7 +86,8 @@ class RowWriter {
   JointRow& Add(const Coordinate& coordinate);
   void Bound(double force_max);
   double Mobility(const JointRow& row) const;
-  // Makes the row take `error` (m or rad) away, as far as that may be done in this substep.
+  void Soften(JointRow& row);
+  // Makes the row that was softened last take `error` (m or rad) away, as far as that may be done in this substep.
   void Correct(double error, JointRow& row) const;
 
   const JointSide& a_;
@@ -98,6 +99,7 @@ class RowWriter {
   std::vector<double>* positions_ = nullptr;
   Foresight expected_;
   size_t next_expected_ = 0;
+  double mobility_ = 0;  // of the row that was softened last
 };
 
 }  // namespace genphys
