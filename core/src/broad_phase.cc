@@ -82,6 +82,17 @@ bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
   return first.box.Overlaps(second.box);
 }
 
+bool BroadPhase::Surrounds(GeometryRow row, const Bounds& box) const {
+  const Proxy& proxy = proxies_[Index(row)];
+  return !any_fresh() && proxy.kind == Kind::kMoving && Neighbourhood(proxy).Contains(box);
+}
+
+bool BroadPhase::MayReach(GeometryRow row, const Bounds& box) const {
+  const Proxy& proxy = proxies_[Index(row)];
+  if (proxy.kind == Kind::kPlane) return Reaches(box, planes_[proxy.index].half_space);
+  return Neighbourhood(proxy).Overlaps(box);
+}
+
 bool BroadPhase::Reaches(const Bounds& box, const HalfSpace& half_space) {
   const Vector3& n = half_space.normal;
   const double lowest = n.x() * (n.x() > 0 ? box.min.x() : box.max.x()) +

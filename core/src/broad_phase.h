@@ -46,6 +46,11 @@ class BroadPhase {
   /// Whether two neighbours may touch.
   bool MayTouch(GeometryRow a, GeometryRow b) const;
 
+  /// Whether `box` lies in the neighbourhood of a moving geometry, and no geometry is fresh.
+  bool Surrounds(GeometryRow row, const Bounds& box) const;
+  /// Whether the neighbourhood of the geometry overlaps `box`.
+  bool MayReach(GeometryRow row, const Bounds& box) const;
+
   /// Calls visit(row) for each geometry that the first `fraction` of `ray` may hit; `visit` may lower `fraction`.
   template <typename Visit>
   void VisitRay(const Ray& ray, const double& fraction, Visit&& visit) const {

@@ -1,6 +1,7 @@
 #include "impact_sweep.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "genphys/bounds.h"
 #include "genphys/proximity.h"
@@ -10,13 +11,15 @@ namespace {
 
 // Of its smallest half extent: who went less far in a step cannot have passed through anything unseen.
 constexpr double kUnseenWay = 0.8;
+// So many near pairs are looked through in the time of one search.
+constexpr size_t kPairsPerSearch = 32;
 
 class Sweeper {
  public:
   Sweeper(const ImpactWorld& world, const NearPairs& near, double step_size)
       : world_(world), near_(near), speed_(world, step_size) {}
 
-  void Sweep(const FlownWay& way, std::vector<SweptPair>& swept) {
+  void Add(const FlownWay& way) {
     const uint32_t row = Index(way.row);
     const auto& body = world_.scene.entities[row]->desc->rigid_body;
     if (!body || body->motion_type != MotionType::kDynamic) return;
@@ -26,42 +29,98 @@ class Sweeper {
       if (!IsConvex(geometry.shape)) continue;
       const Vector3& place = geometry.pose_in_entity.position;
       const Vector3 translation = end.Transform(place) - way.start.Transform(place);
-      if (translation.norm() <= kUnseenWay * SmallestHalfExtent(geometry.shape)) continue;
+      if (IsSeen(geometry.shape, translation)) continue;
       const Placement start = ToPlacement(way.start.Transform(geometry.pose_in_entity));
-      SweepGeometry(way, world_.geometry_rows[row][i], geometry, start, translation, swept);
+      const Bounds bounds = BoundsOf(geometry.shape, start);
+      sweeps_.push_back({&way, world_.geometry_rows[row][i], &geometry, start, translation,
+                         bounds.Union({bounds.min + translation, bounds.max + translation})});
     }
   }
 
- private:
-  void SweepGeometry(const FlownWay& way, GeometryRow own, const Geometry& geometry, const Placement& start,
-                     const Vector3& translation, std::vector<SweptPair>& swept) {
-    const Bounds bounds = BoundsOf(geometry.shape, start);
-    found_.clear();
-    const Bounds swept_bounds = bounds.Union({bounds.min + translation, bounds.max + translation});
-    near_.VisitOthers(world_.rule, own, swept_bounds, [&](GeometryRow other) {
-      if (world_.rule.Decide(own, other) == PairRule::Verdict::kCollide) found_.push_back(other);
+  std::vector<SweptPair> Find() {
+    FindCandidates();
+    std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+      return a.sweep != b.sweep ? a.sweep < b.sweep : world_.rule.Before(a.other, b.other);
     });
-    std::sort(found_.begin(), found_.end(), [&](GeometryRow a, GeometryRow b) { return world_.rule.Before(a, b); });
-    for (const GeometryRow other : found_) Meet(way, own, geometry, start, translation, other, swept);
+    std::vector<SweptPair> swept;
+    for (const Candidate& candidate : candidates_) Meet(sweeps_[candidate.sweep], candidate.other, swept);
+    return swept;
   }
 
-  void Meet(const FlownWay& way, GeometryRow own, const Geometry& geometry, const Placement& start,
-            const Vector3& translation, GeometryRow other, std::vector<SweptPair>& swept) const {
+ private:
+  // A geometry on its way.
+  struct Sweep {
+    const FlownWay* way;
+    GeometryRow own;
+    const Geometry* geometry;
+    Placement start;
+    Vector3 translation;
+    Bounds bounds;  // of all of the way
+  };
+  struct Candidate {
+    uint32_t sweep;
+    GeometryRow other;
+  };
+
+  // Whether going so far takes it through nothing that the test at the end would not show.
+  static bool IsSeen(const Shape& shape, const Vector3& way) {
+    return way.norm() <= kUnseenWay * SmallestHalfExtent(shape);
+  }
+
+  // Where many are fast at once, as the links of chains are, one walk over all near pairs is less than a search for
+  // each of them.
+  void FindCandidates() {
+    const bool walks = sweeps_.size() * kPairsPerSearch >= near_.pairs().size();
+    for (uint32_t i = 0; i < sweeps_.size(); ++i) {
+      const Sweep& sweep = sweeps_[i];
+      if (walks && near_.KnowsAllIn(sweep.own, sweep.bounds)) {
+        // Those of one entity follow each other.
+        int& first = world_.swept_index[world_.rule.info(sweep.own).entity];
+        if (first < 0) first = static_cast<int>(i);
+        is_known_ = true;
+      } else {
+        near_.VisitOthers(world_.rule, sweep.own, sweep.bounds, [&](GeometryRow other) {
+          if (world_.rule.Decide(sweep.own, other) == PairRule::Verdict::kCollide) candidates_.push_back({i, other});
+        });
+      }
+    }
+    if (!is_known_) return;
+    for (const NearPairs::Pair& pair : near_.pairs()) {
+      if (pair.is_sensor) continue;
+      AddKnown(pair.entity_a, pair.a, pair.b);
+      AddKnown(pair.entity_b, pair.b, pair.a);
+    }
+    world_.swept_index.Clear();
+  }
+
+  void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other) {
+    const int first = std::as_const(world_.swept_index)[entity];
+    if (first < 0) return;
+    for (auto i = static_cast<uint32_t>(first); i < sweeps_.size() && sweeps_[i].way->row == entity; ++i) {
+      const Sweep& sweep = sweeps_[i];
+      if (sweep.own != own || !near_.KnowsAllIn(own, sweep.bounds)) continue;
+      if (near_.MayReach(other, sweep.bounds)) candidates_.push_back({i, other});
+    }
+  }
+
+  void Meet(const Sweep& sweep, GeometryRow other, std::vector<SweptPair>& swept) const {
+    const FlownWay& way = *sweep.way;
     const EntityRow target = world_.rule.info(other).entity;
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
     const Pose now = world_.state.pose(target);
     const Pose before{now.position - way.time * VelocityOf(target), now.orientation};
-    const std::optional<ShapeHit> hit =
-        SweepShape(geometry.shape, start, translation - (now.position - before.position), there.shape,
-                   ToPlacement(before.Transform(there.pose_in_entity)));
+    const Vector3 relative = sweep.translation - (now.position - before.position);
+    // What goes the same way, like the next links of a chain, is not passed.
+    if (IsSeen(sweep.geometry->shape, relative)) return;
+    const std::optional<ShapeHit> hit = SweepShape(sweep.geometry->shape, sweep.start, relative, there.shape,
+                                                   ToPlacement(before.Transform(there.pose_in_entity)));
     if (!hit || !(hit->fraction > 0)) return;
-    SweptPair pair{way.row, target, own, other, (1 - hit->fraction) * way.time, 0};
-    const Vector3 relative = (translation - (now.position - before.position)) / way.time;
-    pair.closing = -relative.dot(hit->normal);
+    SweptPair pair{way.row, target, sweep.own, other, (1 - hit->fraction) * way.time, 0};
+    pair.closing = -relative.dot(hit->normal) / way.time;
     if (!(pair.closing > speed_.Of(way.row, target, hit->normal))) return;
-    if (!world_.rule.Before(own, other)) {
+    if (!world_.rule.Before(sweep.own, other)) {
       std::swap(pair.entity_a, pair.entity_b);
       std::swap(pair.geometry_a, pair.geometry_b);
     }
@@ -78,7 +137,9 @@ class Sweeper {
   const ImpactWorld& world_;
   const NearPairs& near_;
   ImpactSpeed speed_;
-  std::vector<GeometryRow> found_;
+  std::vector<Sweep> sweeps_;
+  std::vector<Candidate> candidates_;
+  bool is_known_ = false;  // some candidates are among the near pairs
 };
 
 }  // namespace
@@ -86,9 +147,8 @@ class Sweeper {
 std::vector<SweptPair> FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways,
                                  double step_size) {
   Sweeper sweeper(world, near, step_size);
-  std::vector<SweptPair> swept;
-  for (const FlownWay& way : ways) sweeper.Sweep(way, swept);
-  return swept;
+  for (const FlownWay& way : ways) sweeper.Add(way);
+  return sweeper.Find();
 }
 
 }  // namespace genphys

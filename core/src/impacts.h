@@ -27,6 +27,7 @@ struct ImpactWorld {
   const RowMarks& jointed;                  // held by joints
   // Memory of the impacts, which leave it empty.
   RowValues<int>& struck_index;  // -1: none
+  RowValues<int>& swept_index;   // the same, of sweeps
   RowValues<double>& earliest;
 };
 
@@ -80,6 +81,11 @@ class Impacts {
     Pose struck;  // where it was when it was hit
   };
   const std::vector<Moved>& moved() const { return moved_; }
+
+  /// Marks whose velocity or place the last Solve() may have changed.
+  void MarkStruck(RowMarks& marks) const {
+    for (const Struck& struck : struck_) marks.Mark(struck.row);
+  }
 
   /// What all impacts so far passed on, in canonical order within each Solve().
   const ContactBuffer& impulses() const { return impulses_; }

@@ -127,13 +127,19 @@ void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, const RowMar
   Update(rule);
   std::swap(before_, contacts);
   contacts.Clear();
+  // Both lists are in the same order, and all that is in `old` was near then.
   auto old = before_.pairs.begin();
+  Pair old_pair;
+  const auto take_old = [&] {
+    if (old != before_.pairs.end()) old_pair = PairOf(rule, old->geometry_a, old->geometry_b);
+  };
+  if (moved != nullptr) take_old();
   for (const Pair& pair : pairs_) {
     if (moved == nullptr || (*moved)[pair.entity_a] || (*moved)[pair.entity_b]) {
       CollidePair(rule, engine, pair, contacts);
       continue;
     }
-    while (old != before_.pairs.end() && PairOf(rule, old->geometry_a, old->geometry_b) < pair) ++old;
+    for (; old != before_.pairs.end() && old_pair < pair; take_old()) ++old;
     if (old == before_.pairs.end() || old->geometry_a != pair.a || old->geometry_b != pair.b) continue;
     const auto first = before_.points.begin() + old->first_point;
     contacts.pairs.push_back(*old);

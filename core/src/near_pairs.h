@@ -58,6 +58,15 @@ class NearPairs {
   /// All such pairs in canonical order, and some that are not quite near. Good until the next call.
   std::span<const Pair> Update(const PairRule& rule);
 
+  /// The same as of the last Update().
+  std::span<const Pair> pairs() const { return pairs_; }
+
+  /// Whether all who may overlap `bounds` and whom the rule does not ignore are among the pairs() of `own`, now.
+  bool KnowsAllIn(GeometryRow own, const Bounds& bounds) const { return broad_phase_.Surrounds(own, bounds); }
+
+  /// Whether what is near `row` may overlap `bounds`.
+  bool MayReach(GeometryRow row, const Bounds& bounds) const { return broad_phase_.MayReach(row, bounds); }
+
   /// Whether the bounds of the two overlap.
   bool MayTouch(const Pair& pair) const { return broad_phase_.MayTouch(pair.a, pair.b); }
 

@@ -27,10 +27,11 @@ Vector3 StepRun::VelocityAt(EntityRow row, const Vector3& center, const Vector3&
   return state_.linear_velocities.col(Index(row)) + spin.cross(point - center);
 }
 
-void StepRun::FillRelativeVelocities() {
+void StepRun::FillRelativeVelocities(const RowMarks* changed) {
   ContactBuffer& contacts = world_.contacts_;
   FillSurfaceVelocities(world_.rule_, state_, contacts);
   for (const ContactPair& pair : contacts.pairs) {
+    if (changed != nullptr && !(*changed)[pair.entity_a] && !(*changed)[pair.entity_b]) continue;
     const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       ContactPoint& point = contacts.points[i];
@@ -87,7 +88,7 @@ ImpactWorld StepRun::Surroundings() {
           world_.geometry_rows_,  world_.active_,
           scratch_.accelerations, scratch_.flew,
           scratch_.jointed,       scratch_.struck_index,
-          scratch_.earliest};
+          scratch_.swept_index,   scratch_.earliest};
 }
 
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
@@ -97,28 +98,32 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   if (after_move) {
     for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
   }
-  FillRelativeVelocities();
+  FillRelativeVelocities(nullptr);
+  RowMarks& changed = scratch_.changed;
   bool is_over = false;
   for (int wave = 0; wave < kWavesMax; ++wave) {
     const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.near_, ways, h);
     is_over = !impacts.Solve(world_.contacts_, swept);
     if (is_over) break;
     ways.clear();
+    changed.Clear();
+    impacts.MarkStruck(changed);
     std::vector<EntityRow> rows;
     for (const Impacts::Moved& moved : impacts.moved()) {
       ways.push_back({moved.row, moved.struck, moved.time});
       rows.push_back(moved.row);
     }
-    locked_.Finish();
+    for (const EntityRow row : locked_.Finish()) changed.Mark(row);
+    bool is_all_new = false;
     if (!rows.empty()) {
       world_.engine_->WriteState(rows, state_);
       const size_t strays = faulted_.size();
       RetireStrays();
       for (const EntityRow row : rows) Place(row);
       GroundMet(elapsed);
-      CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
+      is_all_new = CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
     }
-    FillRelativeVelocities();
+    FillRelativeVelocities(is_all_new ? nullptr : &changed);
   }
   touches_.AddSolved(impacts.impulses());
   Mark("impacts");

@@ -68,8 +68,9 @@ class StepRun {
   void CollectRows();
   // Tells the layer where the entity's geometries are.
   void Place(EntityRow row);
-  // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes.
-  void CollideAndWake(const std::vector<EntityRow>* moved);
+  // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes. Whether it did so
+  // for all pairs in the end.
+  bool CollideAndWake(const std::vector<EntityRow>* moved);
   bool WakeTouched();
   bool WillTouch(const ContactPair& pair) const;
   void WakeCarried(std::vector<EntityRow>& carried) const;
@@ -116,7 +117,8 @@ class StepRun {
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;
   Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
-  void FillRelativeVelocities();
+  // At the points of the pairs of `changed` alone unless it is null.
+  void FillRelativeVelocities(const RowMarks* changed);
   void PrepareContacts(double h);
   void ShareImpulses(double h);
   // What met in the substep just done, or what a command made meet before the first one.

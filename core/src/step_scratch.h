@@ -14,10 +14,12 @@ struct StepScratch {
   RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
   RowValues<int> struck_index{-1};                    // of impacts
+  RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<double> earliest{0};                      // of impacts, s before the end
   RowMarks flew;                                      // in flight before the solve
   RowMarks jointed;                                   // a joint holds it
   RowMarks held;                                      // something touches or holds it
+  RowMarks changed;                                   // place or velocity, in the last impacts
   RowMarks moved;                                     // since the last search for contacts
   RowMarks tested;                                    // active in some search for contacts of this step
   RowMarks flies;                                     // in the flight lane
@@ -26,8 +28,8 @@ struct StepScratch {
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
-    reset(wrenches, field_wrenches, accelerations, struck_index, earliest, flew, jointed, held, moved, tested, flies,
-          steered, strays);
+    reset(wrenches, field_wrenches, accelerations, struck_index, swept_index, earliest, flew, jointed, held, changed,
+          moved, tested, flies, steered, strays);
   }
 };
 

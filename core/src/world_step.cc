@@ -187,12 +187,14 @@ void StepRun::Place(EntityRow row) {
   world_.near_->Place({body, world_.geometry_rows_[Index(row)]}, state_.pose(row));
 }
 
-void StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
+bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
   if (moved != nullptr) {
     scratch_.moved.Clear();
     for (EntityRow row : *moved) scratch_.moved.Mark(row);
   }
+  bool is_all_new = false;
   do {
+    is_all_new = moved == nullptr;
     for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_, &world_.roused_}) {
       for (const EntityRow row : *rows) scratch_.tested.Mark(row);
     }
@@ -214,6 +216,7 @@ void StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     joints_.Hold(row);
   }
   Mark("collide");
+  return is_all_new;
 }
 
 bool StepRun::WakeTouched() {
