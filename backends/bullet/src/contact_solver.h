@@ -64,6 +64,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+  // Pushes overlaps apart as Bullet does, but no more often than is felt.
+  void solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject** bodies, int body_count,
+                                                     btPersistentManifold** manifolds, int manifold_count,
+                                                     btTypedConstraint** constraints, int constraint_count,
+                                                     const btContactSolverInfo& info, btIDebugDraw* drawer) override;
   // Replaces Bullet's, which would also move the bodies, in its own way.
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
                                          const btContactSolverInfo& info) override;
