@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "box_contacts.h"
 #include "clipping.h"
 #include "genphys/bounds.h"
 #include "separation.h"
@@ -103,6 +104,11 @@ void ToWorld(const Placement& placement, Manifold& manifold) {
 // `b` is no surface. In the frame of the world, moved to where `b` is, for what is near zero is not rounded.
 void MeetConvex(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b, double gap,
                 Manifold& manifold) {
+  const auto *box_a = std::get_if<Box>(&a), *box_b = std::get_if<Box>(&b);
+  if (box_a && box_b) {
+    PointSet points(gap);
+    if (AddBoxPoints(*box_a, placement_a, *box_b, placement_b, gap, points)) return points.ReduceTo(manifold);
+  }
   const Solid solid(b, {Vector3::Zero(), placement_b.rotation});
   const Vector3 place_a = placement_a.position - placement_b.position;
   if (const auto* plane = std::get_if<Plane>(&a)) {

@@ -117,17 +117,114 @@ TEST(NarrowPhase, OfHullsIsThatOfBoxes) {
   }
 }
 
+// By how much `b` has to move to leave `a`, in the best of the directions in which boxes can part.
+double LeastOverlap(const Solid& a, const Matrix3& turn_a, const Solid& b, const Matrix3& turn_b) {
+  double least = std::numeric_limits<double>::infinity();
+  const auto consider = [&](const Vector3& direction) {
+    if (direction.norm() < 1e-6) return;
+    for (const double side : {-1.0, 1.0}) {
+      least = std::min(least, OverlapAlong(a, b, side * direction.normalized()));
+    }
+  };
+  for (int i = 0; i < 3; ++i) {
+    consider(turn_a.col(i));
+    consider(turn_b.col(i));
+    for (int j = 0; j < 3; ++j) consider(turn_a.col(i).cross(turn_b.col(j)));
+  }
+  return least;
+}
+
+// How far outside of a box, m.
+double DistanceTo(const Shape& box, const Placement& placement, const Vector3& point) {
+  const Vector3 local = placement.ToLocal(point), half = std::get<Box>(box).half_extents;
+  return (local - local.cwiseMin(half).cwiseMax(-half)).norm();
+}
+
+Box RandomBox(Randomly& random) { return {{random.Between(0.1, 1), random.Between(0.1, 1), random.Between(0.1, 1)}}; }
+
+// Two boxes that overlap by `depth` along the line between their closest points (or have a gap, where it is negative).
+struct MetBoxes {
+  Shape a, b;
+  Placement at_a, at_b;
+
+  MetBoxes(Randomly& random, double depth)
+      : a(RandomBox(random)),
+        b(RandomBox(random)),
+        at_a(At(0, 0, 0, random.Turn())),
+        at_b{4 * random.Direction(), random.Turn().toRotationMatrix()} {
+    const Separation apart = FindSeparation({a, at_a}, {b, at_b});
+    at_b.position -= (depth - apart.depth) * apart.normal;
+  }
+};
+
+TEST(NarrowPhase, PartsBoxesTheShortWay) {
+  Randomly random;
+  for (int i = 0; i < 5000; ++i) {
+    const double depth = std::pow(10, random.Between(-8, -1));
+    const MetBoxes met(random, depth);
+    const Manifold manifold = Meet(met.a, met.at_a, met.b, met.at_b);
+    ASSERT_GT(manifold.count, 0) << i;
+    const Solid a(met.a, met.at_a), b(met.b, met.at_b);
+    const Vector3 normal = manifold.points[0].normal;
+    const double least = LeastOverlap(a, met.at_a.rotation, b, met.at_b.rotation);
+    const double taken = OverlapAlong(a, b, normal);
+    // A twentieth more is what a face may take; beside a face that edges lie flat on, it takes more than the points are
+    // deep.
+    const double allowed = (least + 0.05 * kGap) / 0.95 + kExact;
+    EXPECT_LE(std::min(taken, DeepestOf(manifold)), allowed) << i << " " << taken << " for " << least;
+    for (int k = 0; k < manifold.count; ++k) {
+      const MeetingPoint& point = manifold.points[static_cast<size_t>(k)];
+      EXPECT_EQ(point.normal, normal);
+      EXPECT_LE(point.depth, taken + kExact) << i;
+      // Half-way between surfaces.
+      const double outside = std::abs(point.depth) / 2 + 3 * kExact;
+      EXPECT_LE(DistanceTo(met.a, met.at_a, point.position), outside) << i;
+      EXPECT_LE(DistanceTo(met.b, met.at_b, point.position), outside) << i;
+    }
+  }
+}
+
+TEST(NarrowPhase, OfBoxesApartIsTheirDistance) {
+  Randomly random;
+  for (int i = 0; i < 5000; ++i) {
+    const double gap = random.Between(1e-6, kGap);
+    const MetBoxes met(random, -gap);
+    const Manifold manifold = Meet(met.a, met.at_a, met.b, met.at_b);
+    ASSERT_GT(manifold.count, 0) << i;
+    EXPECT_NEAR(DeepestOf(manifold), -gap, 2 * 0.05 * kGap + kExact) << i;
+    Placement away = met.at_b;
+    away.position += 2 * kGap * FindSeparation({met.a, met.at_a}, {met.b, met.at_b}).normal;
+    EXPECT_EQ(Meet(met.a, met.at_a, met.b, away).count, 0) << i;
+  }
+}
+
+TEST(NarrowPhase, KeepsTheNormalOfBoxesThatLieFlat) {
+  Randomly random;
+  for (int i = 0; i < 500; ++i) {
+    const Quaternion turn(Eigen::AngleAxisd(random.Between(0, 6), Vector3::UnitZ()));
+    const Quaternion tilt(Eigen::AngleAxisd(random.Between(-1e-5, 1e-5), random.Direction()));
+    const Manifold manifold =
+        Meet(Box{{0.5, 0.5, 0.5}}, At(0, 0, 0), Box{{0.5, 0.5, 0.5}}, At(0.1, -0.2, 1 - 1e-6, tilt * turn));
+    ASSERT_EQ(manifold.count, 4) << i;
+    EXPECT_EQ(manifold.points[0].normal, Vector3::UnitZ()) << i;
+  }
+}
+
 TEST(NarrowPhase, FindsEdgesThatCross) {
   // Two cubes that stand on their edges, one across the other.
   const Quaternion on_edge(Eigen::AngleAxisd(M_PI / 4, Vector3::UnitX()));
   const Quaternion across(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitZ()));
   const double reach = 0.5 * std::sqrt(2);
-  const Manifold manifold = Meet(HullBox({0.5, 0.5, 0.5}), At(0, 0, 0, on_edge), HullBox({0.5, 0.5, 0.5}),
-                                 At(0.1, 0.2, 2 * reach - 1e-3, across * on_edge));
-  ASSERT_EQ(manifold.count, 1);
-  EXPECT_NEAR(manifold.points[0].depth, 1e-3, 1e-12);
-  EXPECT_LT((manifold.points[0].normal - Vector3::UnitZ()).norm(), 1e-9);
-  EXPECT_LT((manifold.points[0].position - Vector3(0.1, 0, reach - 5e-4)).norm(), 1e-9);
+  for (const Shape& cube : {Shape{HullBox({0.5, 0.5, 0.5})}, Shape{Box{{0.5, 0.5, 0.5}}}}) {
+    for (const double depth : {1e-3, -1e-4}) {
+      const Manifold manifold =
+          Meet(cube, At(0, 0, 0, on_edge), cube, At(0.1, 0.2, 2 * reach - depth, across * on_edge));
+      ASSERT_EQ(manifold.count, 1);
+      EXPECT_NEAR(manifold.points[0].depth, depth, 1e-12);
+      EXPECT_LT((manifold.points[0].normal - Vector3::UnitZ()).norm(), 1e-9);
+      EXPECT_LT((manifold.points[0].position - Vector3(0.1, 0, reach - depth / 2)).norm(), 1e-9);
+    }
+  }
 }
 
 TEST(NarrowPhase, OfAPlaneIsWhatReachesBelowIt) {

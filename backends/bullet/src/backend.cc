@@ -1,4 +1,4 @@
-#include <LinearMath/btScalar.h>
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <cmath>
 

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "absl/strings/str_cat.h"
+#include "convert.h"
 
 namespace genphys::bullet_backend {
 namespace {
@@ -28,7 +29,7 @@ Body::Body(const BodyDesc& desc, const StateArrays& state)
                           .row = desc.geometries[i],
                           .id = geometry.id,
                           .pose_in_entity = geometry.pose_in_entity,
-                          .collision = CollisionShape(geometry.shape)});
+                          .shape = geometry.shape});
   }
   if (motion_type == MotionType::kDynamic) {
     center_of_mass = desc.mass.center_of_mass;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "genphys/backend.h"
-#include "shapes.h"
+#include "genphys/placement.h"
 
 namespace genphys::bullet_backend {
 
@@ -17,7 +17,7 @@ struct PlacedGeometry {
   GeometryRow row{};
   uint32_t id = 0;  // unique in its body
   Pose pose_in_entity;
-  CollisionShape collision;
+  Shape shape;
   Placement placement;
 };
 

@@ -1,42 +1,17 @@
 #include "contacts.h"
 
-#include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
-
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "points.h"
+#include "shapes.h"
 
 namespace genphys::bullet_backend {
 namespace {
 
-// Within this of one is the cosine between a normal and a face that the contact is taken to be flat on it.
-constexpr double kFlat = 1e-4;
-
 struct Solid {
-  const CollisionShape& shape;
+  const Shape& shape;
   const Placement& placement;
 };
-
-// Remembers the deepest of the points that a detector of Bullet gives, in its terms.
-struct DeepestPoint final : btDiscreteCollisionDetectorInterface::Result {
-  std::optional<MeetingPoint> deepest;
-
-  void setShapeIdentifiersA(int, int) override {}
-  void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& normal_on_b, const btVector3& point_on_b, btScalar distance) override {
-    if (deepest && -distance <= deepest->depth) return;
-    deepest = MeetingPoint{.position = FromBullet(point_on_b) + distance / 2 * FromBullet(normal_on_b),
-                           .normal = -FromBullet(normal_on_b),
-                           .depth = -distance};
-  }
-};
-
-MeetingPoint Turned(MeetingPoint point) {
-  point.normal = -point.normal;
-  return point;
-}
 
 // Closest point to `p` on the surface of a solid, its outward normal, and the distance (negative inside), all local.
 struct Nearest {
@@ -89,88 +64,54 @@ Nearest NearestTo(const Plane& plane, const Vector3& p) { return {plane.normal, 
 
 MeetingPoint MeetSphere(const Solid& solid, const Sphere& sphere, const Vector3& center) {
   const Vector3 local = solid.placement.ToLocal(center);
-  const Nearest nearest = std::visit([&](const auto& s) { return NearestTo(s, local); }, solid.shape.shape);
+  const Nearest nearest = std::visit([&](const auto& s) { return NearestTo(s, local); }, solid.shape);
   const Vector3 normal = solid.placement.rotation * nearest.normal;
   const double gap = nearest.distance - sphere.radius;
   return {.position = center - (sphere.radius + gap / 2) * normal, .normal = normal, .depth = -gap};
 }
 
-void MeetPlane(const Plane& plane, const Placement& placement, const Solid& solid, PointSet& points) {
+void MeetPlane(const Plane& plane, const Placement& placement, const Solid& solid, Manifold& meeting) {
   const Vector3 normal = placement.rotation * plane.normal;
   const double level = normal.dot(placement.position) + plane.offset;
-  const SurfaceFeature feature = SupportFeature(solid.shape.shape, solid.placement, -normal);
+  const SurfaceFeature feature = SupportFeature(solid.shape, solid.placement, -normal);
   for (int i = 0; i < feature.count; ++i) {
     const Vector3& vertex = feature.vertices[static_cast<size_t>(i)];
     const double gap = normal.dot(vertex) - level;
-    points.Add({.position = vertex - gap / 2 * normal, .normal = normal, .depth = -gap});
+    if (gap <= kContactGap) meeting.Add({.position = vertex - gap / 2 * normal, .normal = normal, .depth = -gap});
   }
 }
 
-// By how much the box `b` would have to move along `direction` to leave the box `a`.
-double OverlapAlong(const Vector3& direction, const Solid& a, const Solid& b) {
-  return direction.dot(FarthestCorner(std::get<Box>(a.shape.shape), a.placement, direction) -
-                       FarthestCorner(std::get<Box>(b.shape.shape), b.placement, -direction));
+void MeetBall(const Solid& solid, const Sphere& sphere, const Vector3& center, Manifold& meeting) {
+  const MeetingPoint point = MeetSphere(solid, sphere, center);
+  if (point.depth >= -kContactGap) meeting.Add(point);
 }
 
-std::optional<MeetingPoint> MeetBoxes(const Solid& a, const Solid& b) {
-  btDiscreteCollisionDetectorInterface::ClosestPointInput input;
-  input.m_transformA = ToTransform(a.placement);
-  input.m_transformB = ToTransform(b.placement);
-  DeepestPoint result;
-  btBoxBoxDetector(a.shape.padded.get(), b.shape.padded.get()).getClosestPoints(input, result, nullptr);
-  // Bullet's boxes are padded, and between edges it counts in something against rounding.
-  if (result.deepest) result.deepest->depth = OverlapAlong(result.deepest->normal, a, b);
-  return result.deepest;
-}
-
-// All points in which two boxes meet, of which one point and the normal are known.
-void Spread(const Solid& a, const Solid& b, const MeetingPoint& known, PointSet& points) {
-  const SurfaceFeature feature_a = SupportFeature(a.shape.shape, a.placement, known.normal);
-  const SurfaceFeature feature_b = SupportFeature(b.shape.shape, b.placement, -known.normal);
-  const double flat_a = feature_a.normal.dot(known.normal), flat_b = -feature_b.normal.dot(known.normal);
-  // Of two faces that are as good as parallel the same one is taken every time.
-  if (flat_a >= 1 - kFlat && flat_a >= flat_b - kFlat * kFlat) {
-    ClipToPolygon(feature_a, SupportFeature(b.shape.shape, b.placement, -feature_a.normal), false, points);
-  } else if (flat_b >= 1 - kFlat) {
-    ClipToPolygon(feature_b, SupportFeature(a.shape.shape, a.placement, -feature_b.normal), true, points);
-  }
-  // Else edges cross.
-  if (points.is_empty()) points.Add(known);
-}
-
-void FindPoints(const Solid& a, const Solid& b, PointSet& points) {
-  if (const auto* sphere = std::get_if<Sphere>(&b.shape.shape)) {
-    points.Add(MeetSphere(a, *sphere, b.placement.position));
-  } else if (const auto* other = std::get_if<Sphere>(&a.shape.shape)) {
-    points.Add(Turned(MeetSphere(b, *other, a.placement.position)));
-  } else if (const auto* plane = std::get_if<Plane>(&a.shape.shape)) {
-    MeetPlane(*plane, a.placement, b, points);
-  } else {
-    const std::optional<MeetingPoint> known = MeetBoxes(a, b);
-    if (known && known->depth >= -kContactGap) Spread(a, b, *known, points);
+void TurnRound(Manifold& meeting) {
+  for (int i = 0; i < meeting.count; ++i) {
+    Vector3& normal = meeting.points[static_cast<size_t>(i)].normal;
+    normal = -normal;
   }
 }
 
 }  // namespace
 
-void FindMeeting(const CollisionShape& a, const Placement& placement_a, const CollisionShape& b,
-                 const Placement& placement_b, Manifold& meeting) {
-  if (IsForNarrowPhase(a.shape, b.shape)) {
-    return FindContacts(a.shape, placement_a, b.shape, placement_b, kContactGap, meeting);
-  }
+void FindMeeting(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
+                 Manifold& meeting) {
   meeting.count = 0;
-  PointSet points;
-  if (std::holds_alternative<Plane>(b.shape)) {
-    FindPoints({b, placement_b}, {a, placement_a}, points);
-    points.ReduceTo(meeting);
-    for (int i = 0; i < meeting.count; ++i) {
-      MeetingPoint& point = meeting.points[static_cast<size_t>(i)];
-      point = Turned(point);
-    }
-    return;
+  const bool are_boxes = std::holds_alternative<Box>(a) && std::holds_alternative<Box>(b);
+  if (are_boxes || IsForNarrowPhase(a, b)) {
+    FindContacts(a, placement_a, b, placement_b, kContactGap, meeting);
+  } else if (const auto* ball_b = std::get_if<Sphere>(&b)) {
+    MeetBall({a, placement_a}, *ball_b, placement_b.position, meeting);
+  } else if (const auto* ball_a = std::get_if<Sphere>(&a)) {
+    MeetBall({b, placement_b}, *ball_a, placement_a.position, meeting);
+    TurnRound(meeting);
+  } else if (const auto* plane_a = std::get_if<Plane>(&a)) {
+    MeetPlane(*plane_a, placement_a, {b, placement_b}, meeting);
+  } else if (const auto* plane_b = std::get_if<Plane>(&b)) {
+    MeetPlane(*plane_b, placement_b, {a, placement_a}, meeting);
+    TurnRound(meeting);
   }
-  FindPoints({a, placement_a}, {b, placement_b}, points);
-  points.ReduceTo(meeting);
 }
 
 }  // namespace genphys::bullet_backend

@@ -13,12 +13,6 @@ constexpr double kNoTilt = 1e-5;
 // A round side meets a direction in a line while it leans by less than 45 degrees, else it is an end that does.
 constexpr double kHalfTurned = std::numbers::sqrt2 / 2;
 
-SurfaceFeature SurfaceOf(const Sphere& sphere, const Placement& placement, const Vector3& direction) {
-  SurfaceFeature feature;
-  feature.Add(placement.position + sphere.radius * direction);
-  return feature;
-}
-
 SurfaceFeature SurfaceOf(const Box& box, const Placement& placement, const Vector3& direction) {
   const Vector3 local = placement.rotation.transpose() * direction;
   int axis = 0;
@@ -26,7 +20,6 @@ SurfaceFeature SurfaceOf(const Box& box, const Placement& placement, const Vecto
   const int next = (axis + 1) % 3, last = (axis + 2) % 3;
   const double side = local[axis] < 0 ? -1 : 1;
   SurfaceFeature feature;
-  feature.normal = side * placement.rotation.col(axis);
   for (const auto& [u, v] : {std::pair{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}) {
     Vector3 corner;
     corner[axis] = side * box.half_extents[axis];
@@ -60,7 +53,6 @@ SurfaceFeature SurfaceOf(const Cylinder& cylinder, const Placement& placement, c
     return feature;
   }
   const double side = along < 0 ? -1 : 1;
-  feature.normal = side * axis;
   const Vector3 sideward = axis.cross(outward);
   for (int i = 0; i < SurfaceFeature::kVerticesMax; ++i) {
     const double angle = 2 * std::numbers::pi * i / SurfaceFeature::kVerticesMax;
@@ -76,17 +68,6 @@ SurfaceFeature SurfaceOf(const Other&, const Placement&, const Vector3&) {
 }
 
 }  // namespace
-
-CollisionShape::CollisionShape(const Shape& described) : shape(described) {
-  if (const auto* box = std::get_if<Box>(&shape)) {
-    padded = std::make_unique<btBoxShape>(ToBullet(box->half_extents.array() + kBoxPadding));
-  }
-}
-
-Vector3 FarthestCorner(const Box& box, const Placement& placement, const Vector3& direction) {
-  const Vector3 local = placement.rotation.transpose() * direction;
-  return placement.Transform((local.array() < 0).select(-box.half_extents, box.half_extents));
-}
 
 SurfaceFeature SupportFeature(const Shape& shape, const Placement& placement, const Vector3& direction) {
   return std::visit([&](const auto& s) { return SurfaceOf(s, placement, direction); }, shape);

@@ -76,7 +76,7 @@ void World::FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& 
   PlacedGeometry& first = geometry(a);
   PlacedGeometry& second = geometry(b);
   Manifold meeting;
-  FindMeeting(first.collision, first.placement, second.collision, second.placement, meeting);
+  FindMeeting(first.shape, first.placement, second.shape, second.placement, meeting);
   for (int i = 0; i < meeting.count; ++i) {
     const MeetingPoint& point = meeting.points[static_cast<size_t>(i)];
     points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});

@@ -32,8 +32,9 @@ struct Manifold {
 bool IsForNarrowPhase(const Shape& a, const Shape& b);
 
 /// Where `a` and `b` meet at these placements; points with a gap of more than `gap` (m) are left out. A function of its
-/// arguments alone: depths are exact to rounding for polyhedra and planes and to 1e-9 of the size for round shapes. Two
-/// planes never meet.
+/// arguments alone: depths are exact to rounding for polyhedra and planes and to 1e-9 of the size for round shapes.
+/// Boxes that overlap are parted along a face rather than across edges, if that takes at most a twentieth more, `gap`
+/// included: what lies flat shall not turn with the last bit. Two planes never meet.
 void FindContacts(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
                   double gap, Manifold& manifold);
 
