@@ -57,13 +57,15 @@ class Settling {
     if (!(softness_ > 0)) return 0;
     const double lacking = blow_.separation_speed - Relative().dot(blow_.normal);
     const double impulse = std::max(lacking / softness_, -blow_.impulse);
+    if (impulse == 0) return 0;
     blow_.impulse += impulse;
     Push(impulse * blow_.normal);
     return std::abs(impulse) * softness_;
   }
 
   double Rub() {
-    if (!(blow_.friction > 0)) return 0;
+    const double bound = blow_.friction * blow_.impulse;
+    if (!(bound > 0) && blow_.rubbing.isZero(0)) return 0;
     const Vector3 relative = Relative();
     const Vector3 slip = relative - relative.dot(blow_.normal) * blow_.normal;
     const double speed = slip.norm();
@@ -74,7 +76,7 @@ class Settling {
       softness = along.dot(mobility_ * along);
       if (softness > 0) wanted -= slip / softness;
     }
-    const double bound = blow_.friction * blow_.impulse, size = wanted.norm();
+    const double size = wanted.norm();
     if (size > bound) wanted *= bound / size;
     const Vector3 impulse = wanted - blow_.rubbing;
     blow_.rubbing = wanted;
