@@ -54,4 +54,23 @@ inline double Relax(btSolverBody& a, btSolverBody& b, const btSolverConstraint& 
   return change / row.m_jacDiagABInv;
 }
 
+/// The same with what takes an overlap apart by a move, and leaves the velocities as they are.
+inline double RelaxPush(btSolverBody& a, btSolverBody& b, const btSolverConstraint& row) {
+  btVector3& push_a = a.internalGetPushVelocity();
+  btVector3& push_b = b.internalGetPushVelocity();
+  btVector3& turn_a = a.internalGetTurnVelocity();
+  btVector3& turn_b = b.internalGetTurnVelocity();
+  const btScalar rate = row.m_contactNormal1.dot(push_a - push_b) + row.m_relpos1CrossNormal.dot(turn_a) +
+                        row.m_relpos2CrossNormal.dot(turn_b);
+  const btScalar before = row.m_appliedPushImpulse;
+  const btScalar after = btMax(before + row.m_rhsPenetration - rate * row.m_jacDiagABInv, 0.0);
+  const btScalar change = after - before;
+  row.m_appliedPushImpulse = after;
+  push_a += row.m_contactNormal1 * (a.internalGetInvMass().x() * change);
+  push_b -= row.m_contactNormal1 * (b.internalGetInvMass().x() * change);
+  turn_a += row.m_angularComponentA * change;
+  turn_b += row.m_angularComponentB * change;
+  return change / row.m_jacDiagABInv;
+}
+
 }  // namespace genphys::bullet_backend

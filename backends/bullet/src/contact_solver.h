@@ -64,7 +64,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) override;
-  // Pushes overlaps apart as Bullet does, but no more often than is felt.
+  // Replaces Bullet's, which goes through all rows alike, also those with a gap.
   void solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject** bodies, int body_count,
                                                      btPersistentManifold** manifolds, int manifold_count,
                                                      btTypedConstraint** constraints, int constraint_count,
@@ -117,6 +117,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<AddedPoint> points_;  // by row of their normal
   size_t point_count_ = 0;          // of pairs_
   Stirred stirred_;
+  Stirred pushed_;                // the same of overlaps
+  std::vector<int> overlapping_;  // normals
   // Rows about lines: m_friction is how far they reach, m and m_frictionIndex the normal whose impulse bounds them.
   btConstraintArray torsions_;
   bool is_direct_ = false;

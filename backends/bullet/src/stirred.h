@@ -15,9 +15,10 @@ inline constexpr double kSettled = 1e-9;
 /// nothing, so that sweeps pass it over: of a large pile that lies still but for one corner they go through the corner.
 class Stirred {
  public:
-  /// Before the first sweep: every row has a turn in that.
-  void Begin(const btAlignedObjectArray<btSolverBody>& bodies) {
+  /// Before the first sweep: every row has a turn in that. A change of no more than `settled` (m/s or rad/s) is none.
+  void Begin(const btAlignedObjectArray<btSolverBody>& bodies, double settled) {
     sweep_ = 0;
+    settled_ = settled;
     changed_in_.assign(static_cast<size_t>(bodies.size()), 0);
     is_movable_.resize(changed_in_.size());
     for (int i = 0; i < bodies.size(); ++i)
@@ -31,7 +32,7 @@ class Stirred {
 
   /// What a turn of a row between these two did to its rate.
   void Note(int a, int b, double change) {
-    if (std::abs(change) <= kSettled) return;
+    if (std::abs(change) <= settled_) return;
     // Or all that lies on the same ground would stir all else that does.
     for (const int body : {a, b}) {
       if (is_movable_[static_cast<size_t>(body)]) changed_in_[static_cast<size_t>(body)] = sweep_;
@@ -42,6 +43,7 @@ class Stirred {
   bool IsStirred(int body) const { return changed_in_[static_cast<size_t>(body)] + 1 >= sweep_; }
 
   uint32_t sweep_ = 0;
+  double settled_ = kSettled;
   std::vector<uint32_t> changed_in_;  // the last sweep, by body
   std::vector<uint8_t> is_movable_;   // by body
 };
