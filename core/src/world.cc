@@ -191,7 +191,7 @@ void World::RebuildEngine() {
   std::sort(rows.begin(), rows.end(),
             [&](EntityRow a, EntityRow b) { return state_.ids[Index(a)] < state_.ids[Index(b)]; });
   for (EntityRow row : rows) AddToEngine(row);
-  engine_->Recall(solved_);
+  engine_->Recall(solved_, layer_.last_substep);
 }
 
 bool World::ShouldBeActive(EntityRow entity) const {

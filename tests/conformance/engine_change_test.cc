@@ -14,6 +14,8 @@ GENPHYS_ENGINE_TESTS(EngineChange, Claim::kEngineChange);
 // Poses and velocities pass through the engine's own centre of mass and quaternion: rounding only.
 constexpr double kSameState = 1e-12;
 
+constexpr double kGravity = 9.81;
+
 void ExpectSameColumns(const StateArrays& a, const StateArrays& b) {
   ASSERT_EQ(a.ids, b.ids);
   EXPECT_LE((a.positions - b.positions).cwiseAbs().maxCoeff(), kSameState);
@@ -135,6 +137,29 @@ TEST_P(EngineChange, IsRefusedWithTheListOfWhatIsMissingAndChangesNothing) {
   EXPECT_TRUE(MessageOf(status).ends_with("shape_plane, shape_convex_hull, sensors, joint_hinge")) << status;
   EXPECT_EQ(world->StateHash(), before);
   Steps(*world, 10);
+}
+
+// Engines take substeps of different lengths and find other points: what held a body is scaled and shared out anew.
+TEST_P(EngineChange, ATowerOfTenHardlyFeelsIt) {
+  for (const Quality quality : {Quality::kBalanced, Quality::kAccurate}) {
+    const std::unique_ptr<World> world = testing::MakeWorld(OtherEngine(GetParam()));
+    Do(*world, SetStepper{{.quality = quality}});
+    std::vector<EntityId> boxes;
+    for (int i = 0; i < 10; ++i) {
+      EntityDesc box = Crate({0, 0, 0.5 + i});
+      box.rigid_body->auto_disable.enabled = false;  // a sleeping tower would prove nothing
+      boxes.push_back(Add(*world, box));
+    }
+    Steps(*world, 240);
+    Do(*world, SetEngine{GetParam()});
+    double fastest = 0;
+    for (int i = 0; i < 30; ++i) {
+      Steps(*world, 1);
+      for (const EntityId id : boxes) fastest = std::max(fastest, VelocityOf(*world, id).norm());
+    }
+    // A twentieth of what a substep of falling would give: less of its weight is not held at once.
+    EXPECT_LE(fastest, kGravity * SubstepOf(*world) / 20) << static_cast<int>(quality);
+  }
 }
 
 TEST_P(EngineChange, AStackStandsOnADifferentEngineForEachStep) {

@@ -90,17 +90,26 @@ PlacedGeometry& World::geometry(GeometryRow row) {
   return geometry;
 }
 
-void World::Recall(const ContactBuffer& solved) {
+// The other engine may have had more points, or others: what held the pair is shared out to those that it has here.
+void World::Recall(const ContactBuffer& solved, double step_size) {
   ForgetRemoved();
+  warm_start_.ScaleTo(step_size);
   warm_start_.Begin();
+  std::vector<ContactPoint> own;
   for (const ContactPair& pair : solved.pairs) {
     if (pair.is_sensor) continue;
-    const auto points = std::span(solved.points).subspan(pair.first_point, pair.point_count);
-    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)},
-                    points.first(std::min<size_t>(points.size(), Manifold::kPointsPerNormal)));
-    PairMemory& memory = warm_start_.pairs().back();
-    for (size_t i = 0; i < memory.impulses.size(); ++i) {
-      memory.impulses[i] = {points[i].normal_impulse, points[i].friction_impulse, Vector3::Zero()};
+    own.clear();
+    FindPoints(pair.geometry_a, pair.geometry_b, own);
+    if (own.empty()) continue;
+    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, own);
+    const std::span<PointImpulse> impulses(warm_start_.pairs().back().impulses);
+    for (const ContactPoint& point : std::span(solved.points).subspan(pair.first_point, pair.point_count)) {
+      const auto distance = [&](const ContactPoint& p) { return (p.position - point.position).squaredNorm(); };
+      const auto nearest = std::min_element(own.begin(), own.end(),
+                                            [&](const auto& x, const auto& y) { return distance(x) < distance(y); });
+      PointImpulse& impulse = impulses[static_cast<size_t>(nearest - own.begin())];
+      impulse.normal += point.normal_impulse;
+      impulse.friction += point.friction_impulse;
     }
   }
 }

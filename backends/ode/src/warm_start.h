@@ -24,8 +24,7 @@ class WarmStart {
     auto operator<=>(const Key&) const = default;
   };
 
-  /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised. Zero:
-  /// what another engine found, in steps as long as the next one.
+  /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised.
   void Begin(double step_size);
 
   /// Adds a pair with its `points`, the first of which is the `first` one of the contact buffer. Writes to `given`, one
@@ -61,7 +60,7 @@ class WarmStart {
   Memory now_;
   Memory before_;
   std::vector<std::pair<Key, uint32_t>> index_;  // of before_, ascending
-  double step_size_ = 0;                         // s, of the last solve; zero if it was not one of ours
+  double step_size_ = 0;                         // s, of the last solve; zero before the first
   double scale_ = 0;                             // of impulses, from that to this one
 };
 

@@ -192,8 +192,8 @@ bool World::RecognisePair(const ContactPair& pair, const ContactBuffer& contacts
   return is_known && !resists_turning;
 }
 
-void World::Recall(const ContactBuffer& solved) {
-  warm_start_.Begin(0);
+void World::Recall(const ContactBuffer& solved, double step_size) {
+  warm_start_.Begin(step_size);
   given_.assign(solved.points.size(), Vector3::Zero());
   for (const ContactPair& pair : solved.pairs) {
     if (!pair.is_sensor) RecognisePair(pair, solved);

@@ -73,9 +73,13 @@ class BackendWorld {
   /// Which bodies are harder to turn in the next Solve(), and in no other; an engine without joints is given none.
   virtual void ScaleInertia(std::span<const InertiaScale> scales) { static_cast<void>(scales); }
 
-  /// Impulses that held these contacts at the last solve, by another engine: a start for the next solve here. Called
-  /// once, when all bodies are added; an engine that starts every solve from nothing has no use for it.
-  virtual void Recall(const ContactBuffer& solved) { static_cast<void>(solved); }
+  /// Impulses that held these contacts at the last solve, over `step_size` seconds and by another engine: a start for
+  /// the next solve here. Called once, when all bodies are added; an engine that starts every solve from nothing has no
+  /// use for it.
+  virtual void Recall(const ContactBuffer& solved, double step_size) {
+    static_cast<void>(solved);
+    static_cast<void>(step_size);
+  }
 
   /// Appends all private state that the future depends on beyond what the layer knows (seeds, cached impulses).
   virtual void SaveState(std::string& bytes) const = 0;
@@ -86,7 +90,8 @@ class Backend {
  public:
   virtual ~Backend() = default;
   virtual const Capabilities& capabilities() const = 0;
-  /// What a quality preset means here, and what `automatic` chooses.
+  /// What a quality preset means here. The solver is the one that was asked for: what `automatic` means is decided for
+  /// each island.
   virtual StepperSettings Resolve(const StepperDesc& stepper) const = 0;
   virtual std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings& settings) const = 0;
   /// Called once before the first world: OK if the engine as linked behaves as the adapter needs it to.
