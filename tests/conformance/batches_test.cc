@@ -25,7 +25,7 @@ class Yard {
     }
     for (int i = 0; i < 4; ++i) ids_.push_back(Add(*world_, Crate({3.0 * i, -6, 0.5})));
     for (const auto& [a, b] : {std::pair(4, 3), std::pair(2, 1)}) {
-      const SpringField spring{*(ids_.end() - a), *(ids_.end() - b), {}, {}, 3, 10, 5};
+      const SpringField spring{*(ids_.end() - a), *(ids_.end() - b), Vector3::Zero(), Vector3::Zero(), 3, 10, 5};
       Do(*world_, CreateForceField{.field = {spring}});
     }
     Do(*world_, CreateForceField{.field = {DragField{.linear = 0.1}, {ids_[0], ids_[5]}}});

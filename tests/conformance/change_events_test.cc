@@ -121,13 +121,13 @@ TEST_P(Changes, AForceFieldNamesWhatItsBatchCreates) {
   };
   EXPECT_EQ(refused({CreateForceField{{.kind = UniformField{}}, {0}}}),
             "commands[0].create_force_field.created_by_commands[0]");
-  EntityDesc still = Ball({});
+  EntityDesc still = Ball({0, 0, 0});
   still.rigid_body->motion_type = MotionType::kStatic;
   EXPECT_EQ(refused({CreateEntity{still}, CreateForceField{{.kind = UniformField{}}, {0}}}),
             "commands[1].create_force_field.created_by_commands[0]");
   EXPECT_EQ(refused({CreateForceField{{.kind = SpringField{}}, {}, 3}}),
             "commands[0].create_force_field.spring_a_created_by_command");
-  EXPECT_EQ(refused({CreateEntity{Ball({})}, CreateForceField{{.kind = UniformField{}}, {}, 0}}),
+  EXPECT_EQ(refused({CreateEntity{Ball({0, 0, 0})}, CreateForceField{{.kind = UniformField{}}, {}, 0}}),
             "commands[1].create_force_field.spring_a_created_by_command");
 }
 

@@ -194,7 +194,7 @@ TEST_P(Contacts, AnOffsetCompoundRestsOnItsGeometries) {
   table.rigid_body = RigidBody{.geometries = {Geometry{.shape = Box{{1, 1, 0.1}}}}};
   for (const double x : {-0.8, 0.8}) {
     for (const double y : {-0.8, 0.8}) {
-      Geometry leg = Block({}, {0.1, 0.1, 0.4}).rigid_body->geometries.front();
+      Geometry leg = Block({0, 0, 0}, {0.1, 0.1, 0.4}).rigid_body->geometries.front();
       leg.pose_in_entity.position = {x, y, -0.5};
       table.rigid_body->geometries.push_back(leg);
     }

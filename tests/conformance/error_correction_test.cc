@@ -99,7 +99,7 @@ TEST_P(Corrections, ChangeLiveAndAreKeptByAnotherEngine) {
   Steps(*world, 30);
   EXPECT_NEAR(DepthOf(*world, ball), kDepth, 1e-3) << "at no speed at all";
   const uint64_t before = world->StateHash();
-  EntityDesc desc = Ball({});
+  EntityDesc desc = Ball({0, 0, 0});
   desc.rigid_body->error_correction = {.speed_max = kSpeed};
   Do(*world, UpdateEntity{ball, desc, {static_cast<uint32_t>(EntityField::kErrorCorrection)}});
   EXPECT_NE(world->StateHash(), before);

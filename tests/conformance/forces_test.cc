@@ -37,9 +37,9 @@ TEST_P(Forces, AForceBesideTheCentreTurnsTheBody) {
   Do(*world, ApplyForce{.id = ball, .force = {0, 4, 0}, .point = Vector3(1.25, 2, 3)});
   Steps(*world, 1);
 
-  // The point turns with the body: in the second substep its arm is shorter by half the square of an angle of 3.5e-4.
-  constexpr double kTurnedArm = 1e-8;  // rad/s
-  EXPECT_NEAR(SpinOf(*world, ball).z(), 0.25 * 4 * kStep / (0.4 * 2 * 0.25), kTurnedArm);
+  // The point turns with the body: in later substeps its arm is shorter by half the square of that angle.
+  constexpr double kSpin = 0.25 * 4 * kStep / (0.4 * 2 * 0.25), kTurned = kSpin * kStep;
+  EXPECT_NEAR(SpinOf(*world, ball).z(), kSpin, kTurned * kTurned / 2 * kSpin);
   EXPECT_NEAR(VelocityOf(*world, ball).y(), 2 * kStep, kRounding);
 }
 

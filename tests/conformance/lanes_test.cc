@@ -86,7 +86,7 @@ TEST_P(Lanes, OfFlightAndEngineGoTheSameWay) {
 
     // In the engine's lane damping takes its halves before and after what pulls, which leaves c h^2 / 12 of the change
     // of what it brakes; turning goes by a mean spin of fourth order. Speeds begin with 12 m/s and 3.2 rad/s.
-    const double h = kStep / 2, left = damping * h * h / 12, time = kSteps * kStep;
+    const double h = SubstepOf(*without), left = damping * h * h / 12, time = kSteps * kStep;
     const double pulled = kGravity + 12 * damping, turned = 3.2 * time * (std::pow(3.2 * h, 4) + left * damping);
     EXPECT_LE((PositionOf(*with, id) - PositionOf(*without, id)).norm(), 2 * left * pulled * time * time + kRounding)
         << damping;

@@ -71,7 +71,7 @@ TEST_P(LiveChanges, AnEntityWithoutABodyGetsOneAndFalls) {
   Steps(*world, 30);
   EXPECT_EQ(PositionOf(*world, id), Vector3(0, 0, 5));
 
-  Update(*world, id, {EntityField::kRigidBody}, [](EntityDesc& desc) { desc.rigid_body = Ball({}).rigid_body; });
+  Update(*world, id, {EntityField::kRigidBody}, [](EntityDesc& desc) { desc.rigid_body = Ball({0, 0, 0}).rigid_body; });
   Steps(*world, 30);
 
   EXPECT_NEAR(VelocityOf(*world, id).z(), -kGravity / 2, kRounding);

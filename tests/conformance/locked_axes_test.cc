@@ -33,7 +33,8 @@ TEST_P(Locks, KeepAPileInItsPlane) {
   for (int i = 0; i < 8; ++i) {
     // Stacked out of line, so that each would fall out of the plane to its own side.
     const double y = 0.3 * (i % 3 - 1);
-    EntityDesc desc = i % 2 == 0 ? Crate({0.2 * i, y, 0.6 + 1.1 * i}) : Body(Capsule{0.3, 0.4}, {0, y, 0.6 + 1.1 * i});
+    EntityDesc desc =
+        i % 2 == 0 ? Crate({0.2 * i, y, 0.6 + 1.1 * i}) : Body(Capsule{0.3, 0.4}, {0.1, y, 0.6 + 1.1 * i});
     desc.rigid_body->angular_velocity = {1, 2, 3};
     desc.rigid_body->linear_velocity = {0, 1, 0};
     // Or who lands on its side may roll on for ever.
@@ -149,7 +150,7 @@ TEST_P(Locks, ComeAndGoWhileTheWorldRunsAndOnAnotherEngine) {
   const EntityFields fields{static_cast<uint32_t>(EntityField::kLockedAxes)};
   Steps(*world, 10);
   const double height = PositionOf(*world, id).z();
-  Do(*world, UpdateEntity{id, Locked(Ball({}), {{false, false, true}, {}}), fields});
+  Do(*world, UpdateEntity{id, Locked(Ball({0, 0, 0}), {{false, false, true}, {}}), fields});
   EXPECT_EQ(VelocityOf(*world, id).z(), 0);
   for (const std::string& engine : EnginesWithContacts()) {
     Do(*world, SetEngine{engine});
@@ -157,7 +158,7 @@ TEST_P(Locks, ComeAndGoWhileTheWorldRunsAndOnAnotherEngine) {
     EXPECT_EQ(PositionOf(*world, id).z(), height);
   }
   const uint64_t locked = world->StateHash();
-  Do(*world, UpdateEntity{id, Locked(Ball({}), {}), fields});
+  Do(*world, UpdateEntity{id, Locked(Ball({0, 0, 0}), {}), fields});
   EXPECT_NE(world->StateHash(), locked);
   Steps(*world, 120);
 

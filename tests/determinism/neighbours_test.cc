@@ -1,6 +1,7 @@
 // A world has the bits that it has alone, whoever else is in the process.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <thread>
 
@@ -28,11 +29,13 @@ std::unique_ptr<World> MakePile(const std::string& engine, unsigned seed) {
 std::vector<uint64_t> HashesOf(const std::string& engine, unsigned seed) {
   const auto world = MakePile(engine, seed);
   std::vector<uint64_t> hashes;
+  size_t most = 0;
   for (int i = 0; i < kSteps; ++i) {
     EXPECT_TRUE(world->Step().ok());
     hashes.push_back(world->StateHash());
+    most = std::max(most, world->layer_state().touching.size());
   }
-  EXPECT_GT(world->layer_state().touching.size(), 20u);
+  EXPECT_GT(most, 20u) << "a pile, or it would prove nothing";
   return hashes;
 }
 

@@ -50,7 +50,7 @@ TEST(Commands, SeeWhatEarlierOnesOfTheBatchDid) {
   ExpectRefused(*scene.world, {DeleteEntity{scene.ball}, DeleteEntity{scene.ball}}, Reason::kStaleId,
                 "commands[1].delete_entity.entity_id");
 
-  UpdateEntity to_static{.id = scene.ball, .entity = Block({}, {1, 1, 1}), .fields = {}};
+  UpdateEntity to_static{.id = scene.ball, .entity = Block({0, 0, 0}, {1, 1, 1}), .fields = {}};
   to_static.fields.Add(EntityField::kMotionType);
   ExpectRefused(*scene.world, {to_static, ApplyForce{.id = scene.ball, .force = {1, 0, 0}}}, Reason::kInvalidValue,
                 "commands[1].apply_force.entity_id");
