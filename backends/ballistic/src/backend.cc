@@ -23,7 +23,7 @@ class BallisticBackend final : public Backend {
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
     // Nothing is iterated, so one round is all there is to choose.
-    return {.solver = Solver::kIterative,
+    return {.solver = stepper.solver,
             .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
             .iterations = stepper.iterations.value_or(1)};
   }

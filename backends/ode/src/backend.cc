@@ -34,7 +34,7 @@ Status CheckRandomNumbersAreOurs() {
   MassProperties mass;
   mass.mass = 1;
   mass.tensor = mass.inverse_tensor = Matrix3::Identity();
-  ContactSolver solver(StepperSettings{});
+  ContactSolver solver({.solver = Solver::kIterative});
   solver.Begin(kBodies, 1.0 / 60);
   solver.Reserve(kBodies * kCorners, 0, 0, false);
   for (uint32_t body = 0; body < kBodies; ++body) {

@@ -24,7 +24,7 @@ class SpheresBackend final : public Backend {
   const Capabilities& capabilities() const override { return capabilities_; }
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
-    return {.solver = Solver::kIterative,
+    return {.solver = stepper.solver,
             .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
             .iterations = stepper.iterations.value_or(kIterations)};
   }

@@ -14,7 +14,7 @@ enum class GeometryRow : uint32_t {};
 
 constexpr uint32_t Index(GeometryRow row) { return static_cast<uint32_t>(row); }
 
-/// One point of a touching or nearly touching pair, at the pose for which Collide() was called.
+/// One point of a touching or nearly touching pair, at the poses at which FindPoints() was called.
 struct ContactPoint {
   Vector3 position = Vector3::Zero();          // m, world
   Vector3 normal = Vector3::UnitZ();           // unit length, from entity a towards entity b, world

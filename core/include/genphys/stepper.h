@@ -18,9 +18,11 @@ struct StepperDesc {
   bool operator==(const StepperDesc&) const = default;
 };
 
-/// A stepper with nothing left open, as an engine takes it.
+/// A stepper as an engine takes it: preset and numbers are settled. With `kAutomatic` the layer solves islands of
+/// joints that touch nothing all at once, and the engine chooses for the others; with `kIterative` it is given all
+/// rows.
 struct StepperSettings {
-  Solver solver = Solver::kIterative;
+  Solver solver = Solver::kAutomatic;
   uint32_t substeps = 1;
   uint32_t iterations = 20;
   bool operator==(const StepperSettings&) const = default;
