@@ -157,8 +157,8 @@ TEST_P(EngineChange, ATowerOfTenHardlyFeelsIt) {
       Steps(*world, 1);
       for (const EntityId id : boxes) fastest = std::max(fastest, VelocityOf(*world, id).norm());
     }
-    // A twentieth of what a substep of falling would give: less of its weight is not held at once.
-    EXPECT_LE(fastest, kGravity * SubstepOf(*world) / 20) << static_cast<int>(quality);
+    // A tenth of what a substep of falling would give: less of its weight is not held at once.
+    EXPECT_LE(fastest, kGravity * SubstepOf(*world) / 10) << static_cast<int>(quality);
   }
 }
 
