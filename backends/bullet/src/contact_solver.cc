@@ -222,11 +222,17 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
       bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
 }
 
-void ContactSolver::solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject**, int, btPersistentManifold**, int,
-                                                                  btTypedConstraint**, int,
-                                                                  const btContactSolverInfo& info, btIDebugDraw*) {
-  const bool is_large = point_count_ * kPresetIterations > kPointUpdates;
-  const double settled = is_large ? kLeastPush / info.m_timeStep : kSettled;
+void ContactSolver::solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject** bodies, int body_count,
+                                                                  btPersistentManifold** manifolds, int manifold_count,
+                                                                  btTypedConstraint** constraints, int constraint_count,
+                                                                  const btContactSolverInfo& info,
+                                                                  btIDebugDraw* drawer) {
+  if (point_count_ * kPresetIterations <= kPointUpdates) {
+    btSequentialImpulseConstraintSolver::solveGroupCacheFriendlySplitImpulseIterations(
+        bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+    return;
+  }
+  const double settled = kLeastPush / info.m_timeStep;
   overlapping_.clear();
   for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
     if (m_tmpSolverContactConstraintPool[i].m_rhsPenetration > 0) overlapping_.push_back(i);

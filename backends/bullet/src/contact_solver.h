@@ -64,7 +64,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) override;
-  // Replaces Bullet's, which goes through all rows alike, also those with a gap.
+  // Replaces Bullet's for many points, for it goes through all rows alike, also those with a gap.
   void solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject** bodies, int body_count,
                                                      btPersistentManifold** manifolds, int manifold_count,
                                                      btTypedConstraint** constraints, int constraint_count,
