@@ -91,11 +91,15 @@ Direction BestDirection(const BoxPair& pair, double gap) {
 
 // A polygon over a face: across it x and y from its middle, and z above it.
 struct Outline {
-  // Four corners, and each side of the face cuts off at most one and makes two.
-  std::array<Vector3, 8> corners;
+  // Four corners, and each side of the face cuts off at most one and makes two. Corners that coincide may seem to cross
+  // a side more often; what is too many then lies where others are.
+  static constexpr int kMax = 8;
+  std::array<Vector3, kMax> corners;
   int count = 0;
 
-  void Add(const Vector3& corner) { corners[static_cast<size_t>(count++)] = corner; }
+  void Add(const Vector3& corner) {
+    if (count < kMax) corners[static_cast<size_t>(count++)] = corner;
+  }
   const Vector3& operator[](int i) const { return corners[static_cast<size_t>(i)]; }
 };
 
