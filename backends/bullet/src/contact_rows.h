@@ -2,6 +2,8 @@
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
+#include <limits>
+
 #include "convert.h"
 #include "genphys/error_correction.h"
 #include "genphys/joint_row.h"
@@ -34,43 +36,46 @@ void StartFrom(double impulse, btSolverBody& a, btSolverBody& b, btSolverConstra
 /// Two directions across `normal`, the first of them along `slip` if there is any.
 void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& first, btVector3& second);
 
+/// The velocities of a body that rows change, of one of the two kinds that the solver keeps.
+struct Motion {
+  btVector3& linear;
+  btVector3& angular;
+  btScalar inverse_mass;
+};
+
+/// One turn of a row between two motions: `applied` comes as near to `wanted` as its bounds let it. Returns the change
+/// of the row's rate.
+inline double RelaxMotion(const btSolverConstraint& row, const Motion& a, const Motion& b, double wanted, double lower,
+                          double upper, btScalar& applied) {
+  const btScalar rate = row.m_contactNormal1.dot(a.linear - b.linear) + row.m_relpos1CrossNormal.dot(a.angular) +
+                        row.m_relpos2CrossNormal.dot(b.angular);
+  const btScalar before = applied;
+  applied = btMin(btMax(before + wanted - rate * row.m_jacDiagABInv, lower), upper);
+  const btScalar change = applied - before;
+  a.linear += row.m_contactNormal1 * (a.inverse_mass * change);
+  b.linear -= row.m_contactNormal1 * (b.inverse_mass * change);
+  a.angular += row.m_angularComponentA * change;
+  b.angular += row.m_angularComponentB * change;
+  return change / row.m_jacDiagABInv;
+}
+
 /// One turn of a sweep: brings the rate of a row that FillPush() made to what it shall be, as far as the bounds let it.
 /// Returns by how much it was off. Of the bodies only what the sweeps change is touched.
 inline double Relax(btSolverBody& a, btSolverBody& b, const btSolverConstraint& row, double lower, double upper) {
-  btVector3& linear_a = a.internalGetDeltaLinearVelocity();
-  btVector3& linear_b = b.internalGetDeltaLinearVelocity();
-  btVector3& angular_a = a.internalGetDeltaAngularVelocity();
-  btVector3& angular_b = b.internalGetDeltaAngularVelocity();
-  const btScalar rate = row.m_contactNormal1.dot(linear_a - linear_b) + row.m_relpos1CrossNormal.dot(angular_a) +
-                        row.m_relpos2CrossNormal.dot(angular_b);
-  const btScalar before = row.m_appliedImpulse;
-  const btScalar after = btMin(btMax(before + row.m_rhs - rate * row.m_jacDiagABInv, lower), upper);
-  const btScalar change = after - before;
-  row.m_appliedImpulse = after;
-  linear_a += row.m_contactNormal1 * (a.internalGetInvMass().x() * change);
-  linear_b -= row.m_contactNormal1 * (b.internalGetInvMass().x() * change);
-  angular_a += row.m_angularComponentA * change;
-  angular_b += row.m_angularComponentB * change;
-  return change / row.m_jacDiagABInv;
+  const auto motion = [](btSolverBody& body) {
+    return Motion{body.internalGetDeltaLinearVelocity(), body.internalGetDeltaAngularVelocity(),
+                  body.internalGetInvMass().x()};
+  };
+  return RelaxMotion(row, motion(a), motion(b), row.m_rhs, lower, upper, row.m_appliedImpulse);
 }
 
 /// The same with what takes an overlap apart by a move, and leaves the velocities as they are.
 inline double RelaxPush(btSolverBody& a, btSolverBody& b, const btSolverConstraint& row) {
-  btVector3& push_a = a.internalGetPushVelocity();
-  btVector3& push_b = b.internalGetPushVelocity();
-  btVector3& turn_a = a.internalGetTurnVelocity();
-  btVector3& turn_b = b.internalGetTurnVelocity();
-  const btScalar rate = row.m_contactNormal1.dot(push_a - push_b) + row.m_relpos1CrossNormal.dot(turn_a) +
-                        row.m_relpos2CrossNormal.dot(turn_b);
-  const btScalar before = row.m_appliedPushImpulse;
-  const btScalar after = btMax(before + row.m_rhsPenetration - rate * row.m_jacDiagABInv, 0.0);
-  const btScalar change = after - before;
-  row.m_appliedPushImpulse = after;
-  push_a += row.m_contactNormal1 * (a.internalGetInvMass().x() * change);
-  push_b -= row.m_contactNormal1 * (b.internalGetInvMass().x() * change);
-  turn_a += row.m_angularComponentA * change;
-  turn_b += row.m_angularComponentB * change;
-  return change / row.m_jacDiagABInv;
+  const auto motion = [](btSolverBody& body) {
+    return Motion{body.internalGetPushVelocity(), body.internalGetTurnVelocity(), body.internalGetInvMass().x()};
+  };
+  return RelaxMotion(row, motion(a), motion(b), row.m_rhsPenetration, 0, std::numeric_limits<double>::infinity(),
+                     row.m_appliedPushImpulse);
 }
 
 }  // namespace genphys::bullet_backend
