@@ -139,7 +139,7 @@ Outline FacingOutline(const BoxPair& pair, int axis, double side) {
 }
 
 // Adds the points above and below that face of the box a of `pair`, which is at `placement`, that looks to the `side`
-// of its axis. `sign` turns its normal into that of the contact. False if there are none.
+// of its axis. `sign` turns its normal into that of the contact.
 void AddFacePoints(const BoxPair& pair, const Placement& placement, int axis, double side, double sign,
                    PointSet& points) {
   const int x = Next(axis), y = Next(x);
