@@ -3,7 +3,8 @@
 # Makes the engine adapter of the calling folder part of the build: the library genphys_backend_<name> of include/ and
 # src/, the option GENPHYS_BACKEND_<NAME>, and a line in the generated builtin_backends.cc. The adapter gives
 # `std::unique_ptr<genphys::Backend> Make<Name>Backend();` in genphys/backends/<name>.h. The lowest RANK is the
-# server's default engine. One that is TEST_ONLY is built with the tests and is in no server. INTERPOSES names functions of the engine's shared library that the adapter replaces.
+# server's default engine. One that is TEST_ONLY is built with the tests and is in no server. INTERPOSES names functions
+# of the engine's shared library that the adapter replaces.
 function(genphys_add_backend)
   cmake_parse_arguments(PARSE_ARGV 0 arg "TEST_ONLY" "NAME;RANK" "LIBRARIES;INTERPOSES")
   if(arg_TEST_ONLY AND NOT GENPHYS_TESTS)
@@ -28,16 +29,17 @@ function(genphys_add_backend)
     target_link_options(${target} INTERFACE "LINKER:--undefined=${symbol}" "LINKER:--export-dynamic-symbol=${symbol}")
   endforeach()
 
-  if(arg_TEST_ONLY)
-    set_property(GLOBAL APPEND PROPERTY GENPHYS_TEST_BACKENDS "${arg_NAME}")
-    return()
-  endif()
-  get_property(ranked GLOBAL PROPERTY GENPHYS_BACKENDS)
+  get_property(ranked GLOBAL PROPERTY GENPHYS_RANKS)
   if("${ranked}" MATCHES "(^|;)${arg_RANK}:([a-z_]+)")
     message(FATAL_ERROR "engine ${arg_NAME}: RANK ${arg_RANK} is that of ${CMAKE_MATCH_2}; take another one")
   endif()
-  # Natural sorting of rank:name puts the engines in the order of their ranks.
-  set_property(GLOBAL APPEND PROPERTY GENPHYS_BACKENDS "${arg_RANK}:${arg_NAME}")
+  set_property(GLOBAL APPEND PROPERTY GENPHYS_RANKS "${arg_RANK}:${arg_NAME}")
+  if(arg_TEST_ONLY)
+    set_property(GLOBAL APPEND PROPERTY GENPHYS_TEST_BACKENDS "${arg_NAME}")
+  else()
+    # Natural sorting of rank:name puts the engines in the order of their ranks.
+    set_property(GLOBAL APPEND PROPERTY GENPHYS_BACKENDS "${arg_RANK}:${arg_NAME}")
+  endif()
 endfunction()
 
 # genphys_add_builtin_backends(): the library genphys_backends, which knows every engine that was added before. The list
