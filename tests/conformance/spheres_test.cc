@@ -1,7 +1,9 @@
 // What contacts owe to whoever knows no more than a ball and a floor: the smallest of engines is held to it as well.
+#include <algorithm>
 #include <cmath>
 
 #include "conformance/engine_test.h"
+#include "support/joints.h"
 
 namespace genphys::testing {
 namespace {
@@ -89,6 +91,35 @@ TEST_P(Spheres, StayWhereTheirAxesAreLockedWhateverTheyTouch) {
   EXPECT_EQ(PositionOf(*world, held).x(), 0) << "not a bit";
   EXPECT_GT(PositionOf(*world, slides).x(), 0.1);
   EXPECT_EQ(SpinOf(*world, slides).y(), 0) << "it does not roll";
+}
+
+TEST_P(Spheres, LieOnOneThatIsHeldInTheAir) {
+  Proves({Claim::kLockedAxes});
+  const auto world = MakeSlope(GetParam(), 0);
+  EntityDesc desc = Ball({0, 0, 2});
+  desc.rigid_body->locked_axes.linear = {true, true, true};
+  Add(*world, desc);
+  desc = Ball({0, 0, 3});
+  desc.rigid_body->locked_axes.linear = {true, true, false};
+  const EntityId rests = Add(*world, desc);
+  Steps(*world, 60);
+  EXPECT_NEAR(PositionOf(*world, rests).z(), 3, 1e-4);
+  EXPECT_NEAR(VelocityOf(*world, rests).z(), 0, 1e-4);
+}
+
+TEST_P(Spheres, AreOutOfTheFloorSoonIfTheyBeginInIt) {
+  constexpr double kSpeed = 0.3, kPart = 0.2;
+  const auto world = MakeSlope(GetParam(), 0);
+  double allowed = 0.05;
+  const EntityId ball = Add(*world, Ball({0, 0, 0.5 - allowed}));
+  const double substep = SubstepOf(*world);
+  for (int step = 1; step <= 60; ++step) {
+    Steps(*world, 1);
+    for (double time = 0; time < (1 - 1e-9) / 60; time += substep) {
+      allowed -= std::min(kPart * allowed, kSpeed * substep);
+    }
+    EXPECT_LE(0.5 - PositionOf(*world, ball).z(), allowed + 1e-4) << "step " << step;
+  }
 }
 
 // The floor, made after those who lie on it, so that it comes second in every pair.
