@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "conformance/engine_test.h"
+#include "support/joints.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -238,6 +239,30 @@ TEST_P(Pushing, OnlyKinematicBodiesAreLed) {
     ASSERT_TRUE(refusal);
     EXPECT_EQ(refusal->field, "commands[0].set_pose.over_steps");
     Do(*world, SetPose{.id = id, .position = Vector3(1, 0, 3)});
+  }
+}
+
+// What a command moves through what a joint holds cannot be solved: neither can give way.
+TEST_P(Pushing, WhatAJointHoldsIsThereAgainAfterwards) {
+  Proves({Claim::kJointHinge});
+  Random random(5);
+  for (int i = 0; i < 60; ++i) {
+    SCOPED_TRACE(i);
+    const auto world = MakeSpace(GetParam());
+    const EntityId bar = Add(*world, Body(Capsule{0.1, 0.4}, Vector3::Zero(), 0.4));
+    const Vector3 way = random.Direction();
+    EntityDesc pusher = Body(Cone{0.3, 0.4}, 0.1 * random.Direction() - 0.9 * way);
+    pusher.pose.orientation = random.Turn();
+    pusher.rigid_body->motion_type = MotionType::kKinematic;
+    pusher.rigid_body->linear_velocity = 2 * way;
+    const EntityId pushing = Add(*world, pusher);
+    const Vector3 end(0, 0, -0.4);
+    const JointId hinge = Join(*world, ToWorld(bar, HingeJoint{}, FrameAlong(random.Direction(), end)));
+    Steps(*world, 60);
+    Do(*world, DeleteEntity{pushing});
+    Steps(*world, 60);
+    EXPECT_TRUE(Of<EntityFaulted>(world->TakeEvents()).empty());
+    EXPECT_LE(GapOf(*world, hinge), 1e-2);
   }
 }
 

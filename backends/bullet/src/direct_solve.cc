@@ -11,6 +11,11 @@ constexpr int kSweepsPerRound = 20;
 constexpr int kRoundsMax = 30;
 // m/s or rad/s: sweeps end once nothing changes by more.
 constexpr double kSettled = 1e-13;
+// m/s or rad/s: where softness leaves more than this of a row, it takes an impulse that nothing real has, as where what
+// commands move jams against what joints hold. Numbers do not suffice for such impulses: such rows are solved so many
+// times as softly.
+constexpr double kJam = 1e-2;
+constexpr double kGivingWay = 1e2;
 
 }  // namespace
 
@@ -26,7 +31,8 @@ void DirectSolve::Add(btSolverConstraint& row, int bounded_by, double softness) 
              row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB};
   const btScalar mobility = Dot(added.a, added.a) + Dot(added.b, added.b);
   // Bullet keeps a row's softness in units of the inverse of its diagonal.
-  added.softness = row.m_cfm / row.m_jacDiagABInv + softness * mobility;
+  added.slack = softness * mobility;
+  added.softness = row.m_cfm / row.m_jacDiagABInv + added.slack;
 }
 
 double DirectSolve::Dot(const Part& x, const Part& y) {
@@ -107,6 +113,13 @@ void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
   }
 }
 
+bool DirectSolve::IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (rows_[rows[i]].slack * std::abs(impulses[static_cast<Eigen::Index>(i)]) > kJam) return true;
+  }
+  return false;
+}
+
 void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) {
   for (size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows_[rows[i]];
@@ -142,6 +155,11 @@ bool DirectSolve::Run() {
                bounded, impulses);
   const Eigen::VectorXd answered = alone - answer * impulses;
   if (!answered.allFinite() || !impulses.allFinite()) return false;
+  if (!gives_way_ && IsJammed(bounded, impulses)) {
+    gives_way_ = true;
+    for (const size_t i : bounded) rows_[i].softness += (kGivingWay - 1) * rows_[i].slack;
+    return Run();
+  }
   Apply(free, answered);
   Apply(bounded, impulses);
   return true;

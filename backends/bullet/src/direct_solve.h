@@ -35,6 +35,7 @@ class DirectSolve {
     btSolverConstraint* constraint;
     int bounded_by;
     double softness;  // 1/kg or 1/(kg*m^2)
+    double slack;     // the part of it that is no spring's
     Part a, b;
   };
 
@@ -46,10 +47,13 @@ class DirectSolve {
   // What the row may have, where those that bound others have `impulses`.
   std::pair<double, double> BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
                                      const Eigen::VectorXd& impulses) const;
+  // Whether impulses are so large that they are none.
+  bool IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const;
   void Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses);
 
   btAlignedObjectArray<btSolverBody>& bodies_;
   std::vector<Row> rows_;
+  bool gives_way_ = false;
 };
 
 }  // namespace genphys::bullet_backend
