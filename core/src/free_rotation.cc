@@ -106,9 +106,13 @@ Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double tim
   return (Quaternion(Eigen::AngleAxisd(angle, spin.normalized())) * orientation).normalized();
 }
 
-Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor) {
-  const Matrix3 rotation = orientation.toRotationMatrix();
-  return rotation * tensor * rotation.transpose();
+Matrix3 WorldTensor(const Matrix3& axes, const Matrix3& tensor) {
+  const Matrix3 half = axes * tensor;
+  Matrix3 world;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k <= i; ++k) world(i, k) = world(k, i) = half.row(i).dot(axes.row(k));
+  }
+  return world;
 }
 
 Vector3 TurnBetween(const Quaternion& before, const Quaternion& after) {

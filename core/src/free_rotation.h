@@ -4,8 +4,11 @@
 
 namespace genphys {
 
-/// World tensor of a body: R I R^T.
-Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor);
+/// World tensor of a body: R I R^T, where `axes` is R.
+Matrix3 WorldTensor(const Matrix3& axes, const Matrix3& tensor);
+inline Matrix3 WorldTensor(const Quaternion& orientation, const Matrix3& tensor) {
+  return WorldTensor(orientation.toRotationMatrix(), tensor);
+}
 
 /// `orientation` turned for `time` seconds by a constant angular velocity, exactly.
 Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time);

@@ -104,8 +104,8 @@ void StepRun::TakeTensors(Mover& mover) const {
   const MassProperties& mass = world_.scene_.entities[Index(mover.row)]->mass;
   mover.turned_as = orientation;
   mover.axes = FromColumn(orientation).toRotationMatrix();
-  mover.tensor.noalias() = Matrix3(mover.axes * mass.tensor) * mover.axes.transpose();
-  mover.inverse_tensor.noalias() = Matrix3(mover.axes * mass.inverse_tensor) * mover.axes.transpose();
+  mover.tensor = WorldTensor(mover.axes, mass.tensor);
+  mover.inverse_tensor = WorldTensor(mover.axes, mass.inverse_tensor);
 }
 
 void StepRun::KickMover(Mover& mover, double h) {

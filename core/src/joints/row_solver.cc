@@ -43,34 +43,33 @@ uint32_t RowSolver::LocalOf(uint32_t body) {
 
 void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, std::span<const uint32_t> body_of,
                      std::span<const JointBody> bodies) {
-  lines_.clear();
+  lines_.resize(mine.size());
   groups_.clear();
-  first_line_.clear();
   used_.clear();
   local_of_.resize(bodies.size(), RowPlan::kStill);
   const auto body_at = [&](EntityRow row) { return row == kWorldRow ? 0 : body_of[Index(row)]; };
-  uint32_t last = ~uint32_t{0};
-  for (const uint32_t index : mine) {
-    JointRow& row = rows[index];
-    const uint32_t a = body_at(row.a), b = body_at(row.b);
-    const RowPlan::Group between{
-        0,
-        {bodies[a].is_movable() ? LocalOf(a) : RowPlan::kStill, bodies[b].is_movable() ? LocalOf(b) : RowPlan::kStill}};
-    if (groups_.empty() || index != last + 1 || groups_.back().bodies != between.bodies) {
-      groups_.push_back(between);
-      first_line_.push_back(static_cast<uint32_t>(lines_.size()));
+  const auto local_at = [&](uint32_t body) { return bodies[body].is_movable() ? LocalOf(body) : RowPlan::kStill; };
+  const JointRow* last = nullptr;
+  uint32_t a = 0, b = 0;
+  for (size_t i = 0; i < mine.size(); ++i) {
+    JointRow& row = rows[mine[i]];
+    if (last == nullptr || &row != last + 1 || row.a != last->a || row.b != last->b) {
+      a = body_at(row.a);
+      b = body_at(row.b);
+      groups_.push_back({0, {local_at(a), local_at(b)}});
     }
-    last = index;
+    last = &row;
     ++groups_.back().size;
-    Line& line = lines_.emplace_back();
+    Line& line = lines_[i];
     line.row = &row;
+    line.impulse = 0;
     line.group = static_cast<uint32_t>(groups_.size() - 1);
     LoadSides(line, a, b, bodies);
     // A limit mostly has nothing to do, and a motor all of it.
     const bool is_one_sided = row.lower == 0 || row.upper == 0;
     line.place = !is_one_sided ? Place::kInside : row.lower == 0 ? Place::kAtLower : Place::kAtUpper;
   }
-  changes_.assign(used_.size(), Six::Zero());
+  changes_.resize(used_.size());
 }
 
 void RowSolver::LoadSides(Line& line, uint32_t a, uint32_t b, std::span<const JointBody> bodies) {
@@ -127,166 +126,154 @@ bool RowSolver::SolveBounded(const RowPlan& plan) {
 }
 
 void RowSolver::CollectInside() {
-  if (inside_.size() < groups_.size()) inside_.resize(groups_.size());
-  for (size_t g = 0; g < groups_.size(); ++g) inside_[g].clear();
+  inside_.clear();
+  first_inside_.clear();
+  is_pushed_ = false;
   for (Six& change : changes_) change.setZero();
   for (uint32_t i = 0; i < lines_.size(); ++i) {
     Line& line = lines_[i];
+    if (first_inside_.size() <= line.group) first_inside_.push_back(static_cast<uint32_t>(inside_.size()));
     if (line.place == Place::kInside) {
-      inside_[line.group].push_back(i);
+      inside_.push_back(i);
       continue;
     }
     line.impulse = line.place == Place::kAtLower ? line.row->lower : line.row->upper;
     if (line.impulse == 0) continue;
+    is_pushed_ = true;
     for (size_t side = 0; side < 2; ++side) {
       const uint32_t body = groups_[line.group].bodies[side];
       if (body != RowPlan::kStill) changes_[body] += line.impulse * line.gain[side];
     }
   }
+  first_inside_.push_back(static_cast<uint32_t>(inside_.size()));
 }
 
 void RowSolver::Assemble(const RowPlan& plan) {
   values_.assign(plan.value_count(), 0);
   for (const RowPlan::Coupling& coupling : plan.couplings()) {
-    const std::vector<uint32_t>&later = inside_[coupling.later], &earlier = inside_[coupling.earlier];
+    const std::span<const uint32_t> later = InsideOf(coupling.later), earlier = InsideOf(coupling.earlier);
     const size_t stride = groups_[coupling.earlier].size;
     const bool is_diagonal = coupling.later == coupling.earlier;
     for (size_t p = 0; p < later.size(); ++p) {
       double* const to = &values_[coupling.block + p * stride];
-      const Six& rate = lines_[later[p]].rate[coupling.side_of_later];
-      const size_t count = is_diagonal ? p + 1 : earlier.size();
+      const Six rate = lines_[later[p]].rate[coupling.side_of_later];
+      const size_t count = is_diagonal ? p : earlier.size();
       for (size_t q = 0; q < count; ++q) to[q] += rate.dot(lines_[earlier[q]].gain[coupling.side_of_earlier]);
     }
   }
   for (uint32_t g = 0; g < groups_.size(); ++g) {
-    for (size_t p = 0; p < inside_[g].size(); ++p) {
-      values_[plan.diagonal(g) + p * (groups_[g].size + 1)] += lines_[inside_[g][p]].row->softness;
+    double* diagonal = &values_[plan.diagonal(g)];
+    for (const uint32_t i : InsideOf(g)) {
+      *diagonal = lines_[i].diagonal;
+      diagonal += groups_[g].size + 1;
     }
   }
-}
-
-// L D L^T in place, with the ones of L left out.
-bool RowSolver::FactorDiagonal(double* block, size_t stride, size_t count) {
-  for (size_t c = 0; c < count; ++c) {
-    const double pivot = block[c * stride + c];
-    if (!(pivot > 0) || !std::isfinite(pivot)) return false;
-    for (size_t r = c + 1; r < count; ++r) {
-      const double unscaled = block[r * stride + c];
-      const double scaled = unscaled / pivot;
-      for (size_t k = c + 1; k <= r; ++k) {
-        // Rows above this one are divided already.
-        const double other = k < r ? block[k * stride + c] * pivot : unscaled;
-        block[r * stride + k] -= scaled * other;
-      }
-      block[r * stride + c] = scaled;
-    }
-  }
-  return true;
 }
 
 bool RowSolver::Factor(const RowPlan& plan) {
   for (const uint32_t group : plan.order()) {
-    if (inside_[group].empty()) continue;
-    if (!FactorDiagonal(&values_[plan.diagonal(group)], groups_[group].size, inside_[group].size())) return false;
-    EliminateFrom(plan, group);
+    const size_t size = InsideOf(group).size();
+    if (size == 0) continue;
+    const bool is_definite = WithRowCount(size, [&](auto count) {
+      if (!FactorBlock(count, &values_[plan.diagonal(group)], groups_[group].size)) return false;
+      EliminateFrom(plan, group, count);
+      return true;
+    });
+    if (!is_definite) return false;
   }
   return true;
 }
 
-void RowSolver::EliminateFrom(const RowPlan& plan, uint32_t group) {
-  const size_t stride = groups_[group].size, count = inside_[group].size();
-  const double* const diagonal = &values_[plan.diagonal(group)];
+template <size_t kKnown>
+void RowSolver::EliminateFrom(const RowPlan& plan, uint32_t group, RowCount<kKnown> count) {
+  const size_t stride = groups_[group].size;
+  const double* const factors = &values_[plan.diagonal(group)];
   const std::span<const RowPlan::Link> links = plan.links(group);
-  unscaled_.clear();
-  first_unscaled_.clear();
+  first_undivided_.clear();
+  size_t rows = 0;
   for (const RowPlan::Link& link : links) {
-    first_unscaled_.push_back(unscaled_.size());
-    for (size_t p = 0; p < inside_[link.group].size(); ++p) {
-      double* const row = &values_[link.block + p * stride];
-      const size_t first = unscaled_.size();
-      for (size_t q = 0; q < count; ++q) {
-        double value = row[q];
-        for (size_t k = 0; k < q; ++k) value -= unscaled_[first + k] * diagonal[q * stride + k];
-        unscaled_.push_back(value);
-      }
-      for (size_t q = 0; q < count; ++q) row[q] = unscaled_[first + q] / diagonal[q * stride + q];
+    first_undivided_.push_back(rows * count);
+    rows += InsideOf(link.group).size();
+  }
+  if (undivided_.size() < rows * count) undivided_.resize(rows * count);
+  double* undivided = undivided_.data();
+  for (const RowPlan::Link& link : links) {
+    for (size_t p = 0; p < InsideOf(link.group).size(); ++p, undivided += count) {
+      DivideRow(count, factors, stride, &values_[link.block + p * stride], undivided);
     }
   }
   const std::span<const size_t> targets = plan.targets(group);
   size_t target = 0;
   for (size_t b = 0; b < links.size(); ++b) {
-    const size_t rows = inside_[links[b].group].size();
+    const size_t height = InsideOf(links[b].group).size();
     for (size_t a = 0; a <= b; ++a, ++target) {
-      const size_t columns = inside_[links[a].group].size(), width = groups_[links[a].group].size;
-      for (size_t p = 0; p < rows; ++p) {
-        const double* const scaled = &values_[links[b].block + p * stride];
+      const size_t columns = InsideOf(links[a].group).size(), width = groups_[links[a].group].size;
+      for (size_t p = 0; p < height; ++p) {
+        const double* const divided = &values_[links[b].block + p * stride];
+        const double* other = &undivided_[first_undivided_[a]];
         double* const to = &values_[targets[target] + p * width];
         const size_t last = a == b ? p + 1 : columns;
-        for (size_t q = 0; q < last; ++q) {
-          const double* const other = &unscaled_[first_unscaled_[a] + q * count];
-          double sum = 0;
-          for (size_t k = 0; k < count; ++k) sum += scaled[k] * other[k];
-          to[q] -= sum;
-        }
+        for (size_t q = 0; q < last; ++q, other += count) to[q] -= DotRows(count, divided, other);
       }
+    }
+  }
+}
+
+void RowSolver::FindLacking() {
+  solution_.resize(inside_.size());
+  for (size_t i = 0; i < inside_.size(); ++i) {
+    const Line& line = lines_[inside_[i]];
+    solution_[i] = line.lacking;
+    for (size_t side = 0; is_pushed_ && side < 2; ++side) {
+      const uint32_t body = groups_[line.group].bodies[side];
+      if (body != RowPlan::kStill) solution_[i] -= line.rate[side].dot(changes_[body]);
     }
   }
 }
 
 void RowSolver::Substitute(const RowPlan& plan) {
-  solution_.resize(lines_.size());
-  for (const std::vector<uint32_t>* lines = inside_.data(); lines != inside_.data() + groups_.size(); ++lines) {
-    for (const uint32_t i : *lines) {
-      const Line& line = lines_[i];
-      solution_[i] = line.lacking;
-      for (size_t side = 0; side < 2; ++side) {
-        const uint32_t body = groups_[line.group].bodies[side];
-        if (body != RowPlan::kStill) solution_[i] -= line.rate[side].dot(changes_[body]);
-      }
-    }
-  }
+  FindLacking();
+  double* const solution = solution_.data();
   for (const uint32_t group : plan.order()) {
-    const std::vector<uint32_t>& own = inside_[group];
     const size_t stride = groups_[group].size;
-    const double* const diagonal = &values_[plan.diagonal(group)];
-    for (size_t p = 0; p < own.size(); ++p) {
-      for (size_t q = 0; q < p; ++q) solution_[own[p]] -= diagonal[p * stride + q] * solution_[own[q]];
-    }
-    for (const RowPlan::Link& link : plan.links(group)) {
-      for (size_t p = 0; p < inside_[link.group].size(); ++p) {
-        const double* const row = &values_[link.block + p * stride];
-        for (size_t q = 0; q < own.size(); ++q) solution_[inside_[link.group][p]] -= row[q] * solution_[own[q]];
+    WithRowCount(InsideOf(group).size(), [&](auto count) {
+      double* const own = solution + first_inside_[group];
+      SubstituteForwards(count, &values_[plan.diagonal(group)], stride, own);
+      for (const RowPlan::Link& link : plan.links(group)) {
+        const double* row = &values_[link.block];
+        for (size_t p = first_inside_[link.group]; p < first_inside_[link.group + 1]; ++p, row += stride) {
+          solution[p] -= DotRows(count, row, own);
+        }
       }
-    }
+    });
   }
   for (auto place = plan.order().rbegin(); place != plan.order().rend(); ++place) {
-    const std::vector<uint32_t>& own = inside_[*place];
-    const size_t stride = groups_[*place].size;
-    const double* const diagonal = &values_[plan.diagonal(*place)];
-    for (size_t p = 0; p < own.size(); ++p) solution_[own[p]] /= diagonal[p * stride + p];
-    for (const RowPlan::Link& link : plan.links(*place)) {
-      for (size_t p = 0; p < inside_[link.group].size(); ++p) {
-        const double* const row = &values_[link.block + p * stride];
-        for (size_t q = 0; q < own.size(); ++q) solution_[own[q]] -= row[q] * solution_[inside_[link.group][p]];
+    const uint32_t group = *place;
+    const size_t stride = groups_[group].size;
+    WithRowCount(InsideOf(group).size(), [&](auto count) {
+      const double* const factors = &values_[plan.diagonal(group)];
+      double* const own = solution + first_inside_[group];
+      for (size_t p = 0; p < count; ++p) own[p] *= factors[p * (stride + 1)];
+      for (const RowPlan::Link& link : plan.links(group)) {
+        const double* row = &values_[link.block];
+        for (size_t p = first_inside_[link.group]; p < first_inside_[link.group + 1]; ++p, row += stride) {
+          for (size_t q = 0; q < count; ++q) own[q] -= row[q] * solution[p];
+        }
       }
-    }
-    for (size_t p = own.size(); p-- > 0;) {
-      for (size_t q = 0; q < p; ++q) solution_[own[q]] -= diagonal[p * stride + q] * solution_[own[p]];
-    }
+      SubstituteBackwards(count, factors, stride, own);
+    });
   }
 }
 
 // False if the numbers did not suffice.
 bool RowSolver::ChangeVelocities() {
-  for (size_t g = 0; g < groups_.size(); ++g) {
-    for (const uint32_t i : inside_[g]) {
-      Line& line = lines_[i];
-      line.impulse = solution_[i];
-      if (!std::isfinite(line.impulse)) return false;
-      for (size_t side = 0; side < 2; ++side) {
-        const uint32_t body = groups_[g].bodies[side];
-        if (body != RowPlan::kStill) changes_[body] += line.impulse * line.gain[side];
-      }
+  for (size_t i = 0; i < inside_.size(); ++i) {
+    Line& line = lines_[inside_[i]];
+    line.impulse = solution_[i];
+    if (!std::isfinite(line.impulse)) return false;
+    for (size_t side = 0; side < 2; ++side) {
+      const uint32_t body = groups_[line.group].bodies[side];
+      if (body != RowPlan::kStill) changes_[body] += line.impulse * line.gain[side];
     }
   }
   return true;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "block_kernels.h"
 #include "genphys/joint_row.h"
 #include "joint_body.h"
 #include "row_plan.h"
@@ -46,10 +47,14 @@ class RowSolver {
   void LoadSides(Line& line, uint32_t a, uint32_t b, std::span<const JointBody> bodies);
   uint32_t LocalOf(uint32_t body);
   void CollectInside();
+  std::span<const uint32_t> InsideOf(uint32_t group) const {
+    return std::span(inside_).subspan(first_inside_[group], first_inside_[group + 1] - first_inside_[group]);
+  }
   void Assemble(const RowPlan& plan);
   bool Factor(const RowPlan& plan);
-  bool FactorDiagonal(double* block, size_t stride, size_t count);
-  void EliminateFrom(const RowPlan& plan, uint32_t group);
+  template <size_t kKnown>
+  void EliminateFrom(const RowPlan& plan, uint32_t group, RowCount<kKnown> count);
+  void FindLacking();
   void Substitute(const RowPlan& plan);
   bool ChangeVelocities();
   size_t FindWrong();
@@ -60,15 +65,16 @@ class RowSolver {
   std::vector<RowPlan> plans_;
   std::vector<Line> lines_;
   std::vector<RowPlan::Group> groups_;
-  std::vector<uint32_t> first_line_;           // by group
-  std::vector<std::vector<uint32_t>> inside_;  // lines within their bounds, by group
-  std::vector<uint32_t> local_of_;             // by body; RowPlan::kStill: not met yet
-  std::vector<uint32_t> used_;                 // bodies
-  std::vector<Six> changes_;                   // of velocities, by local number
-  std::vector<double> values_;                 // blocks of the plan
-  std::vector<double> unscaled_;               // blocks of one group's links before they are divided by its diagonal
-  std::vector<size_t> first_unscaled_;
-  std::vector<double> solution_;  // by line
+  std::vector<uint32_t> inside_;        // lines within their bounds, group by group
+  std::vector<uint32_t> first_inside_;  // by group, and one more
+  bool is_pushed_ = false;              // some line at a bound has an impulse there
+  std::vector<uint32_t> local_of_;      // by body; RowPlan::kStill: not met yet
+  std::vector<uint32_t> used_;          // bodies
+  std::vector<Six> changes_;            // of velocities, by local number
+  std::vector<double> values_;          // blocks of the plan
+  std::vector<double> undivided_;       // blocks of one group's links before they are divided by its diagonal
+  std::vector<size_t> first_undivided_;
+  std::vector<double> solution_;  // as inside_
   std::vector<uint32_t> wrong_;   // lines
 };
 
