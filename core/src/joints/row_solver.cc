@@ -162,10 +162,9 @@ void RowSolver::Assemble(const RowPlan& plan) {
     }
   }
   for (uint32_t g = 0; g < groups_.size(); ++g) {
-    double* diagonal = &values_[plan.diagonal(g)];
-    for (const uint32_t i : InsideOf(g)) {
-      *diagonal = lines_[i].diagonal;
-      diagonal += groups_[g].size + 1;
+    const std::span<const uint32_t> inside = InsideOf(g);
+    for (size_t p = 0; p < inside.size(); ++p) {
+      values_[plan.diagonal(g) + p * (groups_[g].size + 1)] = lines_[inside[p]].diagonal;
     }
   }
 }
