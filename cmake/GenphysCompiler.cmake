@@ -17,7 +17,8 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 add_compile_options(-ffp-contract=off)
 
 # Vectors of three and their matrices start anywhere, and moving their parts in and out of pairs of numbers costs more
-# than the pairs save: without it Bullet's pile takes 0.86 of the time, chains 0.93 (bench/accuracy, T.pile and T.joints).
+# than the pairs save: without it a step takes 0.89 of the instructions in Bullet's pile of 1,000 boxes, 0.97 in 200
+# joints, and less time.
 add_compile_definitions(EIGEN_UNALIGNED_VECTORIZE=0)
 
 if(GENPHYS_SANITIZER)
