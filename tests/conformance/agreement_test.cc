@@ -53,8 +53,7 @@ TEST_P(Agreement, OnWhereMixedFrictionStopsASlider) {
         return PositionOf(*world, id);
       });
       const double distance = speed * speed / (2 * std::sqrt(own * floor) * kGravity);
-      // The last velocity of a step counts for all of it: v h / 2, and as much again in the step of the stop.
-      const double tolerance = 2 * speed * kStep / 2;
+      const double tolerance = 2 * StopError(std::sqrt(own * floor) * kGravity, kStep);
       SCOPED_TRACE(::testing::Message() << "shape " << shape.index() << " mass " << mass);
       EXPECT_LE((here.head<2>() - distance * Horizontal(heading).head<2>()).norm(), tolerance);
       EXPECT_LE((here - there).norm(), tolerance);

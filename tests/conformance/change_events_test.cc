@@ -112,7 +112,7 @@ TEST_P(Changes, AForceFieldNamesWhatItsBatchCreates) {
   constexpr double kPull = kStiffness * kReach / 60, kTolerance = 2 * 2 * kStiffness / 3600 * kPull;
   EXPECT_NEAR(VelocityOf(*world, a).x(), kPull, kTolerance);
   EXPECT_NEAR(VelocityOf(*world, b).x(), -kPull, kTolerance);
-  EXPECT_NEAR(VelocityOf(*world, pushed).y(), 1.0 / 60, 1e-9);
+  EXPECT_NEAR(VelocityOf(*world, pushed).y(), 1.0 / 60, kRounded);
   EXPECT_EQ(VelocityOf(*world, a).y(), 0) << "the push is on its own entity";
 
   const auto refused = [&](std::vector<Command> commands) {

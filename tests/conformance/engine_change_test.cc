@@ -11,10 +11,11 @@ namespace {
 
 GENPHYS_ENGINE_TESTS(EngineChange, Claim::kEngineChange);
 
-// Poses and velocities pass through the engine's own centre of mass and quaternion: rounding only.
-constexpr double kSameState = 1e-12;
+// Poses and velocities pass through the engine's own centre of mass and quaternion.
+constexpr double kSameState = kRounded;
 
-constexpr double kGravity = 9.81;
+constexpr double kGravity = 9.81, kStep = 1.0 / 60;
+constexpr double kBlow = 0.849746;  // s: when the ball meets the crate, see crate_and_ball_test.cc
 
 void ExpectSameColumns(const StateArrays& a, const StateArrays& b) {
   ASSERT_EQ(a.ids, b.ids);
@@ -91,10 +92,13 @@ TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
   Do(*changed.world, SetEngine{engine});
   for (Scene* scene : {&changed, &same, &other}) Steps(*scene->world, 240);
 
-  const Vector3 expected = PositionOf(*same.world, same.ball);
-  const double engines_differ = (PositionOf(*other.world, other.ball) - expected).norm();
-  // The two engines roll the ball apart; a world that used both lies between them, up to where it was when changed.
-  EXPECT_LE((PositionOf(*changed.world, changed.ball) - expected).norm(), engines_differ + 1e-3);
+  // It rolls wherever the engine is changed but for the first time: who had the blow decides, and rolling leaves what
+  // sweeps leave of friction.
+  const bool blow_was_changed = step * kStep < kBlow;
+  const Scene& expected = blow_was_changed ? other : same;
+  const Vector3 apart = PositionOf(*changed.world, changed.ball) - PositionOf(*expected.world, expected.ball);
+  const double slip = 2 * SweptSpeed(0.5 * kGravity, kStep);
+  EXPECT_LE(apart.norm(), slip * (60 + 240) * kStep);
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EngineChangeAt,
@@ -151,19 +155,22 @@ TEST_P(EngineChange, ATowerOfTenHardlyFeelsIt) {
       boxes.push_back(Add(*world, box));
     }
     Steps(*world, 240);
+    const StateArrays before = world->state();
     Do(*world, SetEngine{GetParam()});
-    double fastest = 0;
+    // It goes on lying still: at no more than counts as rest, and where it touched.
+    constexpr double kAtRest = 0.02;  // m/s
     for (int i = 0; i < 30; ++i) {
       Steps(*world, 1);
-      for (const EntityId id : boxes) fastest = std::max(fastest, VelocityOf(*world, id).norm());
+      for (size_t j = 0; j < boxes.size(); ++j) {
+        const Vector3 place = before.positions.col(boxes[j].index());
+        EXPECT_LE(VelocityOf(*world, boxes[j]).norm(), kAtRest) << static_cast<int>(quality);
+        EXPECT_LE((PositionOf(*world, boxes[j]) - place).norm(), static_cast<double>(j + 1) * kTouch) << j;
+      }
     }
-    // A tenth of what a substep of falling would give: less of its weight is not held at once.
-    EXPECT_LE(fastest, kGravity * SubstepOf(*world) / 10) << static_cast<int>(quality);
   }
 }
 
 TEST_P(EngineChange, AStackStandsOnADifferentEngineForEachStep) {
-  constexpr double kStackTolerance = 5e-3;  // m
   const std::unique_ptr<World> world = MakeWorld();
   std::vector<EntityId> boxes;
   for (int i = 0; i < 5; ++i) {
@@ -178,7 +185,7 @@ TEST_P(EngineChange, AStackStandsOnADifferentEngineForEachStep) {
     for (const ContactBegan& event : Of<ContactBegan>(world->TakeEvents())) ++began[event.pair];
   }
   for (int i = 0; i < 5; ++i) {
-    EXPECT_LE((PositionOf(*world, boxes[static_cast<size_t>(i)]) - Vector3(0, 0, 0.5 + i)).norm(), kStackTolerance)
+    EXPECT_LE((PositionOf(*world, boxes[static_cast<size_t>(i)]) - Vector3(0, 0, 0.5 + i)).norm(), (i + 1) * kTouch)
         << "box " << i;
   }
   EXPECT_EQ(began.size(), 5u);

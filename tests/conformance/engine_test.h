@@ -6,6 +6,7 @@
 
 #include "support/claims.h"
 #include "support/scenes.h"
+#include "support/tolerances.h"
 
 namespace genphys::testing {
 

@@ -4,6 +4,7 @@
 
 #include "engine_test.h"
 #include "genphys/limits.h"
+#include "support/joints.h"
 
 namespace genphys::testing {
 namespace {
@@ -12,9 +13,8 @@ GENPHYS_ENGINE_TESTS(ForceFields);
 
 constexpr double kRounding = 1e-10;
 constexpr double kStep = 1.0 / 60;
-// m: these tests wait thirty times the decay of a damped swing of less than a metre, or longer, so next to nothing of
-// it is left; a force that is wrong by a part in a thousand shows.
-constexpr double kAtRest = 1e-6;
+// m: these tests wait thirty times the decay of a damped swing of less than a metre, or longer: e^-30 of it is left.
+constexpr double kAtRest = 1e-12;
 
 std::unique_ptr<World> Weightless(const std::string& engine) {
   return MakeWorld(WorldDesc{.engine = engine, .gravity = {0, 0, 0}, .ground_plane = false});
@@ -119,9 +119,9 @@ TEST_P(ForceFields, AFallAgainstDragEndsAtItsTerminalVelocity) {
 
   Steps(*world, 600);
 
-  // Gravity comes first in a step and drag after it, which leaves half a step of gravity out.
-  const double terminal = 2 * 9.81 / 4;
-  EXPECT_NEAR(VelocityOf(*world, id).z(), -terminal, 2 * 9.81 * kStep / 2);
+  // Drag takes its halves before and after gravity: g h / (2 sinh(c h / 2)) instead of g / c, off by (c h)^2 / 24.
+  const double rate = 4.0 / 2, terminal = 9.81 / rate;
+  EXPECT_NEAR(VelocityOf(*world, id).z(), -terminal, 2 * terminal * std::pow(rate * SubstepOf(*world), 2) / 24);
 }
 
 TEST_P(ForceFields, AngularDragSlowsTheSpin) {
@@ -145,13 +145,14 @@ TEST_P(ForceFields, ASpringSwingsAsItsClosedFormSays) {
   constexpr double kMass = 2, kStiffness = 50, kAmplitude = 0.3;
   const double omega = std::sqrt(kStiffness / kMass);
   const auto world = Weightless(GetParam());
+  const double turn = omega * SubstepOf(*world);
   const EntityId ball = Add(*world, Awake(Ball({1 + kAmplitude, 0, 0}, 0.1, kMass)));
   AddField(*world, {SpringField{.a = ball, .rest_length = 1, .stiffness = kStiffness}});
 
   for (int i = 1; i <= 300; ++i) {
     Steps(*world, 1);
-    // The symplectic Euler method is half a step ahead of the true phase.
-    const double tolerance = 2 * kAmplitude * omega * kStep / 2;
+    // Its phase runs off by w t (w h)^2 / 24.
+    const double tolerance = 2 * kAmplitude * omega * i * kStep * turn * turn / 24;
     ASSERT_NEAR(PositionOf(*world, ball).x() - 1, kAmplitude * std::cos(omega * i * kStep), tolerance) << i;
   }
 }
@@ -212,10 +213,8 @@ TEST_P(ForceFields, TheStiffestSpringStaysFinite) {
 
   Steps(*world, 600);
 
-  // Backward Euler takes nearly all of the stretch away in the first step; what is left of it is the first step's
-  // swing.
-  constexpr double kSwing = 1e-3;
-  EXPECT_NEAR(PositionOf(*world, ball).norm(), 1, kSwing);
+  // Backward Euler leaves 1 / (1 + (w h)^2) of the stretch of a metre after the first step: less than a rounding.
+  EXPECT_NEAR(PositionOf(*world, ball).norm(), 1, kRounded);
 }
 
 TEST_P(ForceFields, APointPullsThingsIntoAnOrbit) {
@@ -231,7 +230,7 @@ TEST_P(ForceFields, APointPullsThingsIntoAnOrbit) {
   for (int i = 0; i < 600; ++i) {
     Steps(*world, 1);
     // The symplectic Euler method keeps an orbit within the angle of a step of the true one.
-    ASSERT_NEAR(PositionOf(*world, id).norm(), kRadius, 2 * kRadius * omega * kStep / 2);
+    ASSERT_NEAR(PositionOf(*world, id).norm(), kRadius, 2 * OffCircle(kRadius * omega, SubstepOf(*world), kRadius));
   }
 }
 
@@ -277,8 +276,8 @@ TEST_P(ForceFields, AFluidLiftsAtTheMiddleOfWhatIsBelowIt) {
   // All of it is below; its middle lies beside the centre of mass.
   const double lift = kDensity * 4.0 / 3 * M_PI * 0.125 * kFall;
   const double spin = kOff * lift / kMoment * kSeconds;
-  // The arm turns within the step.
-  EXPECT_NEAR(SpinOf(*world, id).y(), spin, 2 * spin * std::pow(spin * kSeconds, 2) + 1e-9);
+  // The arm turns within the step, by w h / 2 in all, and is shorter by half the square of that then.
+  EXPECT_NEAR(SpinOf(*world, id).y(), spin, 2 * spin * std::pow(spin * kSeconds / 2, 2) / 2);
 }
 
 TEST_P(ForceFields, WakeWhomTheyMayMove) {

@@ -30,7 +30,7 @@ TEST_P(JointsLife, AJointBreaksInTheStepInWhichItHoldsTooMuch) {
   EXPECT_EQ(events.back().step, 31u);
   EXPECT_EQ(broken[0].joint, joint);
   EXPECT_EQ(broken[0].pair, (EntityPair{EntityId(), weight}));
-  EXPECT_NEAR(broken[0].force, kGravity + kPull, 1e-4);
+  EXPECT_NEAR(broken[0].force, kGravity + kPull, kDirect * (kGravity + kPull));
   EXPECT_EQ(RefusalOf(world->CheckId(joint, ""))->reason, Reason::kStaleId);
   Steps(*world, 30);
   EXPECT_LT(PositionOf(*world, weight).z(), -2);
@@ -49,7 +49,7 @@ TEST_P(JointsLife, AJointBreaksByTorqueAlone) {
   Steps(*world, 1);
   const std::vector<JointBroke> broken = Of<JointBroke>(world->TakeEvents());
   ASSERT_EQ(broken.size(), 1u);
-  EXPECT_NEAR(broken[0].torque, kGravity + 1, 1e-4);
+  EXPECT_NEAR(broken[0].torque, kGravity + 1, kDirect * (kGravity + 1));
 }
 
 TEST_P(JointsLife, WhatIsJoinedSleepsAndWakesTogether) {
@@ -88,7 +88,7 @@ TEST_P(JointsLife, ASlowMotorIsNotPutToSleep) {
   const JointId joint = Join(*world, ToWorld(hand, clock, Pose{{0, 0, 5}, {1, 0, 0, 0}}));
   Steps(*world, 600);
   EXPECT_FALSE(Asleep(*world, hand));
-  EXPECT_NEAR(StateOf(*world, joint).positions[5], 0.1, 1e-6);
+  EXPECT_NEAR(StateOf(*world, joint).positions[5], 0.1, kDirect);
 }
 
 TEST_P(JointsLife, WhoeverHangsOnWhatSetsOutWakesUp) {
@@ -102,8 +102,8 @@ TEST_P(JointsLife, WhoeverHangsOnWhatSetsOutWakesUp) {
   ASSERT_TRUE(Asleep(*world, load));
   Do(*world, SetVelocity{.id = crane, .linear = Vector3(0, 0, 1)});
   Steps(*world, 60);
-  EXPECT_NEAR(PositionOf(*world, load).z(), 4, 1e-3);
-  EXPECT_LE(GapOf(*world, joint), 1e-3);
+  EXPECT_NEAR(PositionOf(*world, load).z(), 4, kDirect);
+  EXPECT_LE(GapOf(*world, joint), kDirect);
 }
 
 TEST_P(JointsLife, AnEntityTakesItsJointsWithIt) {
@@ -143,7 +143,7 @@ TEST_P(JointsLife, WhatLeavesTheWorldLetsGo) {
 
 TEST_P(JointsLife, AChainSurvivesADifferentEngineForEachStep) {
   Proves({Claim::kEngineChange});
-  constexpr double kDrift = 5e-3;  // m
+  constexpr double kDrift = 5e-3;  // m, promised
   const auto world = MakeSpace(GetParam());
   const Vector3 along(std::sin(0.5), 0, -std::cos(0.5));
   std::vector<JointId> joints;
@@ -176,12 +176,12 @@ TEST_P(JointsLife, TurnsAndTargetsSurviveAChangeOfEngine) {
   const JointId joint = Join(*world, ToWorld(wheel, hinge));
   Steps(*world, 60);
   Do(*world, SetEngine{OtherEngine(GetParam())});
-  EXPECT_NEAR(StateOf(*world, joint).positions[5], 9, 1e-5);
+  EXPECT_NEAR(StateOf(*world, joint).positions[5], 9, kDirect * 9);
   Do(*world, SetEngine{"none"});
   Steps(*world, 10);
   Do(*world, SetEngine{GetParam()});
   Steps(*world, 60);
-  EXPECT_NEAR(StateOf(*world, joint).positions[5], 18, 2e-5);
+  EXPECT_NEAR(StateOf(*world, joint).positions[5], 18, kDirect * 18);
 }
 
 TEST_P(JointsLife, AResetBringsBackWhatWasJoined) {

@@ -139,8 +139,11 @@ TEST_P(Lanes, TellTheSameOfWhatBounces) {
     EXPECT_EQ(told[0][i].kind.index(), told[1][i].kind.index()) << i;
     EXPECT_EQ(told[0][i].step, told[1][i].step) << i;
   }
-  // An impact is found to 1e-4 of a bounce's height (must hold of C5); flight in between is exact in both.
-  for (size_t i = 0; i < kBalls; ++i) EXPECT_LE((places[i] - places[kBalls + i]).norm(), 2 * 6 * 1e-4) << i;
+  // Flight is exact in both, and at up to 11 m/s an impact is found a little late, as is that of the next bounce after
+  // it: a place is off by twice of what both ways leave of the place of each.
+  constexpr int kBounces = 2;
+  const double found = 2 * kBounces * ImpactDepth(11, kStep);
+  for (size_t i = 0; i < kBalls; ++i) EXPECT_LE((places[i] - places[kBalls + i]).norm(), 2 * found) << i;
 }
 
 TEST_P(Lanes, ThatAreLeftGiveTheSameBitsAgain) {

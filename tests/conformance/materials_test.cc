@@ -9,8 +9,6 @@ namespace {
 
 GENPHYS_ENGINE_TESTS(Materials, Claim::kMixingRules);
 
-constexpr double kRounding = 1e-12;
-
 std::unique_ptr<World> OnFloor(const std::string& engine, const Material& floor) {
   return MakeWorld(WorldDesc{
       .engine = engine, .gravity = {0, 0, -9.81}, .default_material = floor, .recorded_events = {.contacts = true}});
@@ -32,8 +30,8 @@ TEST_P(Materials, MixByTheGeometricMeanUnlessTold) {
   const EventContactPoint point =
       Meet(GetParam(), {.friction = 0.4, .restitution = 0.2}, {.friction = 0.9, .restitution = 0.8});
 
-  EXPECT_NEAR(point.friction, 0.6, kRounding);
-  EXPECT_NEAR(point.restitution, 0.4, kRounding);
+  EXPECT_NEAR(point.friction, 0.6, kRounded);
+  EXPECT_NEAR(point.restitution, 0.4, kRounded);
 }
 
 TEST_P(Materials, MixAsEitherOfThemSays) {
@@ -50,8 +48,8 @@ TEST_P(Materials, MixAsEitherOfThemSays) {
     told_floor.restitution_mixing = told.restitution_mixing = wanted.rule;
     // A geometry takes what it leaves open from the world's default, which is the floor's material here.
     for (const auto& point : {Meet(GetParam(), plain_floor, told), Meet(GetParam(), told_floor, plain)}) {
-      EXPECT_NEAR(point.friction, wanted.friction, kRounding) << static_cast<int>(wanted.rule);
-      EXPECT_NEAR(point.restitution, wanted.restitution, kRounding) << static_cast<int>(wanted.rule);
+      EXPECT_NEAR(point.friction, wanted.friction, kRounded) << static_cast<int>(wanted.rule);
+      EXPECT_NEAR(point.restitution, wanted.restitution, kRounded) << static_cast<int>(wanted.rule);
     }
   }
 }
@@ -60,8 +58,8 @@ TEST_P(Materials, OfTwoRulesTheLaterOneCounts) {
   const Material minimum{.friction = 0.4, .friction_mixing = Mixing::kMinimum};
   const Material maximum{.friction = 0.9, .friction_mixing = Mixing::kMaximum};
 
-  EXPECT_NEAR(Meet(GetParam(), minimum, maximum).friction, 0.9, kRounding);
-  EXPECT_NEAR(Meet(GetParam(), maximum, minimum).friction, 0.9, kRounding);
+  EXPECT_NEAR(Meet(GetParam(), minimum, maximum).friction, 0.9, kRounded);
+  EXPECT_NEAR(Meet(GetParam(), maximum, minimum).friction, 0.9, kRounded);
 }
 
 TEST_P(Materials, SlideAsFarAsTheirMixedFrictionSays) {
@@ -75,9 +73,7 @@ TEST_P(Materials, SlideAsFarAsTheirMixedFrictionSays) {
     const EntityId id = Add(*world, crate);
     Steps(*world, 180);
 
-    // A step that uses its velocity at the end for all of it falls short by v h / 2, and by as much again in the step
-    // in which the crate stops.
-    const double tolerance = 2 * kSpeed * kStep / 2;
+    const double tolerance = 2 * StopError(friction * kGravity, kStep);
     EXPECT_NEAR(PositionOf(*world, id).x(), kSpeed * kSpeed / (2 * friction * kGravity), tolerance);
   }
 }
@@ -100,8 +96,7 @@ TEST_P(Materials, BounceAsHighAsTheirMixedRestitutionSays) {
       if (has_bounced) top = std::max(top, PositionOf(*world, id).z() - 0.5);
     }
 
-    // The ball is turned round within one step of touching, on the way down and again on the way up.
-    const double tolerance = 2 * speed * kStep;
+    const double tolerance = 2 * (ApexMissed(kGravity, kStep) + ImpactDepth(speed, kStep));
     EXPECT_NEAR(top, restitution * restitution * kHeight, tolerance);
   }
 }

@@ -12,10 +12,8 @@ namespace {
 GENPHYS_ENGINE_TESTS(Pushing, Claim::kKinematicPush);
 
 constexpr double kGravity = 9.81;
-constexpr double kRounding = 1e-12;
-constexpr double kOff = 1e-3;  // m after a second of being pushed at 1 m/s
-// Across, per metre: sweeps share friction unevenly over the corners of a face.
-constexpr double kAside = 1e-2;
+// Per metre of being pushed, along and across; promised.
+constexpr double kOff = 1e-3;
 
 struct Pushed {
   double mass = 1, heading = 0, friction = 0.5, speed = 1;
@@ -55,7 +53,7 @@ Eigen::Vector2d MovedBy(const std::string& engine, const Pushed& pushed) {
 TEST_P(Pushing, ABoxGoesAMetreInASecondAtOneMetrePerSecond) {
   const Eigen::Vector2d moved = MovedBy(GetParam(), {});
   EXPECT_NEAR(moved.x(), 1, kOff);
-  EXPECT_NEAR(moved.y(), 0, kAside);
+  EXPECT_NEAR(moved.y(), 0, kOff);
 }
 
 TEST_P(Pushing, WhateverItsMassHeadingAndFriction) {
@@ -68,7 +66,7 @@ TEST_P(Pushing, WhateverItsMassHeadingAndFriction) {
     const Eigen::Vector2d moved = MovedBy(GetParam(), pushed);
     SCOPED_TRACE(::testing::Message() << "mass " << pushed.mass << " friction " << pushed.friction);
     EXPECT_NEAR(moved.x(), pushed.speed, kOff * pushed.speed);
-    EXPECT_NEAR(moved.y(), 0, kAside * pushed.speed);
+    EXPECT_NEAR(moved.y(), 0, kOff * pushed.speed);
   }
 }
 
@@ -89,7 +87,7 @@ TEST_P(Pushing, WhateverItsShapeAndThatOfThePusher) {
     const Eigen::Vector2d moved = MovedBy(GetParam(), pushed);
     SCOPED_TRACE(::testing::Message() << "shape " << pushed.shape.index() << " by " << pushed.pusher.index());
     EXPECT_NEAR(moved.x(), 1, kOff);
-    EXPECT_NEAR(moved.y(), 0, kAside);
+    EXPECT_NEAR(moved.y(), 0, kOff);
   }
 }
 
@@ -110,11 +108,12 @@ TEST_P(Pushing, WhatStandsOnAMovingFloorIsCarriedAlong) {
     crate.rigid_body->linear_velocity = Vector3::Zero();
     const EntityId boards = Add(*world, crate);
     Steps(*world, 60);
-    EXPECT_LE((PositionOf(*world, rides) - Vector3(0.3, 0.2, 1.4) - speed * Along(heading)).norm(), 5 * kOff);
+    EXPECT_LE((PositionOf(*world, rides) - Vector3(0.3, 0.2, 1.4) - speed * Along(heading)).norm(), kOff * speed);
     // It slides until it is as fast: v / (mu g), in which it falls behind by v^2 / (2 mu g).
     const double lost = speed * speed / (2 * 0.5 * kGravity);
     const Vector3 expected = Vector3(-2, 0.2, 1.4) + (speed - lost) * Along(heading);
-    EXPECT_LE((PositionOf(*world, boards) - expected).norm(), 2 * speed / 60 / 2) << "heading " << heading;
+    EXPECT_LE((PositionOf(*world, boards) - expected).norm(), 2 * StopError(0.5 * kGravity, 1.0 / 60) + kTouch)
+        << "heading " << heading;
   }
 }
 
@@ -127,9 +126,9 @@ TEST_P(Pushing, APusherMovesExactlyAsTold) {
   const EntityId id = Add(*world, pusher);
   Add(*world, Crate({0, 0, 0.5}, 0.5, 1e3));  // however much is in its way
   Steps(*world, 180);
-  EXPECT_LE((PositionOf(*world, id) - Vector3(1, 1.5, 0.6)).norm(), kRounding);
+  EXPECT_LE((PositionOf(*world, id) - Vector3(1, 1.5, 0.6)).norm(), kRounded);
   const Quaternion turned(Eigen::AngleAxisd(0.9, Vector3::UnitZ()));
-  EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(turned), 1e-7);
+  EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(turned), kRounded);
   EXPECT_EQ(VelocityOf(*world, id), Vector3(1, 0.5, 0));
 }
 
@@ -152,7 +151,7 @@ TEST_P(Pushing, APusherThatIsLedStepByStepPushesAtItsSpeed) {
     for (int i = 1; i <= 60; ++i) {
       Do(*world, SetPose{.id = pusher, .position = Vector3(-0.6 + speed * i / 60, 0, 0.55), .over_steps = 1});
       Steps(*world, 1);
-      EXPECT_NEAR(VelocityOf(*world, pusher).x(), speed, kRounding * 60);
+      EXPECT_NEAR(VelocityOf(*world, pusher).x(), speed, kRounded * 60);
     }
     EXPECT_NEAR(PositionOf(*world, box).x(), speed, kOff * speed);
   }
@@ -170,14 +169,14 @@ TEST_P(Pushing, WhatIsLedArrivesWhateverTheStepsAndStands) {
     EXPECT_GT((PositionOf(*world, id) - target).norm(), 0.01) << "evenly, not at once";
     ASSERT_TRUE(world->Step(random.LogUniform(1e-3, 1e-1)).ok());
   }
-  EXPECT_LE((PositionOf(*world, id) - target).norm(), kRounding);
-  EXPECT_LE(AngleTo(*world, id, turn), 1e-7);
+  EXPECT_LE((PositionOf(*world, id) - target).norm(), kRounded);
+  EXPECT_LE(AngleTo(*world, id, turn), kRounded);
   EXPECT_GT(VelocityOf(*world, id).norm(), 0) << "as fast as it came in the step that is over";
   Steps(*world, 1);
   EXPECT_EQ(VelocityOf(*world, id), Vector3(0, 0, 0));
   EXPECT_EQ(SpinOf(*world, id), Vector3(0, 0, 0));
   Steps(*world, 10);
-  EXPECT_LE((PositionOf(*world, id) - target).norm(), kRounding);
+  EXPECT_LE((PositionOf(*world, id) - target).norm(), kRounded);
 }
 
 TEST_P(Pushing, WhatIsLedObeysALaterCommand) {
@@ -189,13 +188,13 @@ TEST_P(Pushing, WhatIsLedObeysALaterCommand) {
     command.id = AddLift(*world, {0, 0, 1});
     Do(*world, command);
     Steps(*world, 10);
-    EXPECT_NEAR(PositionOf(*world, command.id).x(), 1, kRounding);
+    EXPECT_NEAR(PositionOf(*world, command.id).x(), 1, kRounded);
     return command.id;
   };
   const EntityId steered = lead();
   Do(*world, SetVelocity{steered, Vector3(0, 1, 0), {}});
   Steps(*world, 60);
-  EXPECT_LE((PositionOf(*world, steered) - Vector3(1, 1, 1)).norm(), kRounding);
+  EXPECT_LE((PositionOf(*world, steered) - Vector3(1, 1, 1)).norm(), kRounded);
   Do(*world, DeleteEntity{steered});
 
   const EntityId put = lead();
@@ -208,11 +207,11 @@ TEST_P(Pushing, WhatIsLedObeysALaterCommand) {
   EntityDesc body = *world->Describe(freed);
   body.rigid_body->motion_type = MotionType::kDynamic;
   const double speed = VelocityOf(*world, freed).x();
-  EXPECT_NEAR(speed, 0.1 * 60, 1e-9);
+  EXPECT_NEAR(speed, 0.1 * 60, 6 * kRounded);
   Do(*world, UpdateEntity{freed, body, {static_cast<uint32_t>(EntityField::kMotionType)}});
   EXPECT_EQ(VelocityOf(*world, freed).x(), speed) << "what is let go of flies on";
   Steps(*world, 10);
-  EXPECT_NEAR(PositionOf(*world, freed).x(), 2, 1e-9);
+  EXPECT_NEAR(PositionOf(*world, freed).x(), 2, 2 * kRounded);
 }
 
 TEST_P(Pushing, WhatIsLedArrivesOnAnotherEngineToo) {
@@ -223,10 +222,10 @@ TEST_P(Pushing, WhatIsLedArrivesOnAnotherEngineToo) {
   Steps(*world, 5);
   Do(*world, SetEngine{"none"});
   Steps(*world, 5);
-  EXPECT_NEAR(PositionOf(*world, id).x(), 0.25, kRounding) << "without an engine nothing moves";
+  EXPECT_NEAR(PositionOf(*world, id).x(), 0.25, kRounded) << "without an engine nothing moves";
   Do(*world, SetEngine{OtherEngine(GetParam())});
   Steps(*world, 15);
-  EXPECT_NEAR(PositionOf(*world, id).x(), 1, kRounding);
+  EXPECT_NEAR(PositionOf(*world, id).x(), 1, kRounded);
 }
 
 TEST_P(Pushing, OnlyKinematicBodiesAreLed) {
@@ -262,9 +261,9 @@ TEST_P(Pushing, WhatAJointHoldsIsThereAgainAfterwards) {
     Do(*world, DeleteEntity{pushing});
     Steps(*world, 60);
     EXPECT_TRUE(Of<EntityFaulted>(world->TakeEvents()).empty());
-    // A substep goes straight on along the tangent: by (v h)^2 / 2 r off the circle.
-    const double tangent = VelocityOf(*world, bar).norm() * SubstepOf(*world);
-    EXPECT_LE(GapOf(*world, hinge), 2 * tangent * tangent / (2 * end.norm()) + 1e-9);
+    // The middle goes round the hinge's axis, at v / w from it.
+    const double speed = VelocityOf(*world, bar).norm(), radius = speed / SpinOf(*world, bar).norm();
+    EXPECT_LE(GapOf(*world, hinge), 2 * OffCircle(speed, SubstepOf(*world), radius) + kDirect * end.norm());
   }
 }
 

@@ -77,8 +77,8 @@ TEST_P(Queries, AShapeIsStoppedByWhatItMeetsFirst) {
   ASSERT_EQ(hits.size(), poses.size());
   EXPECT_EQ(hits[0].hit, (GeometryId{box, 1}));
   EXPECT_NEAR(hits[0].fraction, 3.5 / 8, kExact);
-  EXPECT_LT((hits[0].position - Vector3(0, 0, 2)).norm(), 1e-6);
-  EXPECT_LT((hits[0].normal - Vector3::UnitZ()).norm(), 1e-6);
+  EXPECT_LT((hits[0].position - Vector3(0, 0, 2)).norm(), kExact);
+  EXPECT_LT((hits[0].normal - Vector3::UnitZ()).norm(), kExact);
   EXPECT_EQ(hits[1].hit.entity, mesh);
   EXPECT_NEAR(hits[1].fraction, 4.5 / 8, kExact);
   EXPECT_EQ(hits[2].hit.entity, field);
@@ -114,9 +114,9 @@ TEST_P(Queries, TheClosestThingIsFoundAndHowFarItIs) {
   EXPECT_EQ(found[0].hit, (GeometryId{box, 1}));
   const Vector3 corner(1, 1, 6), way = Vector3(3, 4, 7) - corner;
   EXPECT_NEAR(found[0].distance, way.norm() - 0.5, kExact);
-  EXPECT_LT((found[0].on_hit - corner).norm(), 1e-6);
-  EXPECT_LT((found[0].on_query - corner - (way.norm() - 0.5) * way.normalized()).norm(), 1e-6);
-  EXPECT_LT((found[0].normal - way.normalized()).norm(), 1e-6);
+  EXPECT_LT((found[0].on_hit - corner).norm(), kExact);
+  EXPECT_LT((found[0].on_query - corner - (way.norm() - 0.5) * way.normalized()).norm(), kExact);
+  EXPECT_LT((found[0].normal - way.normalized()).norm(), kExact);
   EXPECT_NEAR(found[1].distance, 0.5, kExact) << "the floor";
   EXPECT_NEAR(found[2].distance, -0.7, kExact) << "inside";
   EXPECT_TRUE(found[3].hit.entity.is_null()) << "too far";
@@ -137,8 +137,8 @@ TEST_P(Queries, DistancesOfEntitiesAreThoseOfTheirNearestParts) {
   EXPECT_NEAR(found[0].distance, 1.25, kExact);
   EXPECT_NEAR(found[1].distance, 1.25, kExact);
   EXPECT_EQ(found[1].hit, (GeometryId{pair, 2}));
-  EXPECT_LT((found[0].on_query - Vector3(2, 0, 4.75)).norm(), 1e-6);
-  EXPECT_LT((found[0].on_hit - Vector3(2, 0, 3.5)).norm(), 1e-6);
+  EXPECT_LT((found[0].on_query - Vector3(2, 0, 4.75)).norm(), kExact);
+  EXPECT_LT((found[0].on_hit - Vector3(2, 0, 3.5)).norm(), kExact);
   EXPECT_TRUE(found[2].hit.entity.is_null());
   const std::vector<EntityId> gone{EntityId(77, 1)};
   EXPECT_EQ(WhyNot(world->MeasureDistances(gone, gone).status()).field, "from_ids[0]");

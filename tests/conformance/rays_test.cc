@@ -113,7 +113,7 @@ TEST_P(Rays, AreExactFromFarAway) {
 
   const RayHit hit = Cast(*world, {kFar, 0.3, 0}, {-2 * kFar, 0, 0});
 
-  // The place is 0.4 m before the middle; a fraction of two thousand kilometres holds that to within rounding.
+  // The place is 0.4 m before the middle; of a fraction of two thousand kilometres that is what rounding leaves.
   EXPECT_NEAR((1 - 2 * hit.fraction) * kFar, 0.4, 1e-9);
 }
 

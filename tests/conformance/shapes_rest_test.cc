@@ -11,7 +11,7 @@ using namespace testing;
 
 GENPHYS_ENGINE_TESTS(RestingShapes);
 
-constexpr double kSameHeight = 1e-4;  // m: what a user may see of engines, margins and meshes
+constexpr double kSameHeight = 1e-4;  // m: what a user may see of engines, margins and meshes; promised
 
 const Quaternion kTurn(Eigen::AngleAxisd(37 * M_PI / 180, Vector3::UnitZ()));
 const Quaternion kTumble(Eigen::AngleAxisd(37 * M_PI / 180, Vector3(1, 2, 3).normalized()));
@@ -70,7 +70,7 @@ TEST_P(RestingShapes, HullCubeAndBoxCubeLieAtOneHeight) {
         SCOPED_TRACE(::testing::Message() << floor.name << " scale " << scale << " turned " << turn.z());
         const Heights here = HeightsOnFloor(GetParam(), floor, scale, turn);
         const Heights there = HeightsOnFloor(OtherEngine(GetParam()), floor, scale, turn);
-        EXPECT_NEAR(here.box, 0.5 * scale, 1e-3);
+        EXPECT_NEAR(here.box, 0.5 * scale, kTouch);
         EXPECT_NEAR(here.hull, here.box, kSameHeight);
         EXPECT_NEAR(here.tumbled, here.box, kSameHeight);
         EXPECT_NEAR(here.box, there.box, kSameHeight);
@@ -105,8 +105,8 @@ TEST_P(RestingShapes, ConesEllipsoidsAndTheRestLieWhereTheyTouch) {
     }
     Steps(*world, 120);
     for (size_t i = 0; i < kinds.size(); ++i) {
-      EXPECT_NEAR(PositionOf(*world, ids[i]).z(), kinds[i].height, 1e-3) << kinds[i].name << " on " << floor.name;
-      EXPECT_LT(VelocityOf(*world, ids[i]).norm(), 0.02) << kinds[i].name << " on " << floor.name;
+      EXPECT_NEAR(PositionOf(*world, ids[i]).z(), kinds[i].height, kTouch) << kinds[i].name << " on " << floor.name;
+      EXPECT_LT(VelocityOf(*world, ids[i]).norm(), SweptSpeed(9.81, 1.0 / 60)) << kinds[i].name << " on " << floor.name;
     }
   }
 }
@@ -139,7 +139,7 @@ TEST_P(RestingShapes, EveryShapeThatDoesNotMoveHoldsABallOnItsTop) {
       // Exactly above what may be no more than a point: it balances for as long as this takes.
       const EntityId ball = Add(*world, Body(Sphere{0.4}, {0, 0, 2 + support.top + 0.4}));
       Steps(*world, 30);
-      EXPECT_NEAR(PositionOf(*world, ball).z(), 2 + support.top + 0.4, 1e-3) << "shape " << support.shape.index();
+      EXPECT_NEAR(PositionOf(*world, ball).z(), 2 + support.top + 0.4, kTouch) << "shape " << support.shape.index();
       EXPECT_EQ(TouchingIn(*world).size(), 1u) << "shape " << support.shape.index();
     }
   }
