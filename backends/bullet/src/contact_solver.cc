@@ -227,6 +227,7 @@ void ContactSolver::solveGroupCacheFriendlySplitImpulseIterations(btCollisionObj
                                                                   btTypedConstraint** constraints, int constraint_count,
                                                                   const btContactSolverInfo& info,
                                                                   btIDebugDraw* drawer) {
+  if (is_direct_ && PushDirectly(kLeastPush / info.m_timeStep)) return;
   if (point_count_ * kPresetIterations <= kPointUpdates) {
     btSequentialImpulseConstraintSolver::solveGroupCacheFriendlySplitImpulseIterations(
         bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
@@ -254,7 +255,7 @@ void ContactSolver::solveGroupCacheFriendlySplitImpulseIterations(btCollisionObj
 }
 
 bool ContactSolver::SolveDirectly() {
-  DirectSolve solve(m_tmpSolverBodyPool);
+  DirectSolve solve(m_tmpSolverBodyPool, DirectSolve::Of::kVelocities);
   for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
     solve.Add(m_tmpSolverNonContactConstraintPool[i], DirectSolve::kFree, 0);
   }
@@ -275,6 +276,18 @@ bool ContactSolver::SolveDirectly() {
     solve.Add(row, first_contact + row.m_frictionIndex, kDirectSoftness);
   }
   return solve.Run();
+}
+
+bool ContactSolver::PushDirectly(double settled) {
+  DirectSolve solve(m_tmpSolverBodyPool, DirectSolve::Of::kPushes);
+  double largest = 0;
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
+    if (row.m_rhsPenetration <= 0) continue;
+    solve.Add(row, DirectSolve::kFree, kDirectSoftness);
+    largest = std::max(largest, row.m_rhsPenetration / row.m_jacDiagABInv);
+  }
+  return largest <= settled || solve.Run();
 }
 
 btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, const btContactSolverInfo& info) {

@@ -106,6 +106,9 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
 
   // False if the equations cannot be solved all at once.
   bool SolveDirectly();
+  // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
+  // above.
+  bool PushDirectly(double settled);
 
   int iterations_ = kPresetIterations;
   btContactSolverInfo info_;

@@ -23,7 +23,11 @@ void DirectSolve::Add(btSolverConstraint& row, int bounded_by, double softness) 
   const btSolverBody& a = bodies_[row.m_solverBodyIdA];
   const btSolverBody& b = bodies_[row.m_solverBodyIdB];
   Row& added = rows_.emplace_back();
-  added.constraint = &row;
+  const bool pushes = of_ == Of::kPushes;
+  added.impulse = pushes ? &row.m_appliedPushImpulse : &row.m_appliedImpulse;
+  added.lower = row.m_lowerLimit;
+  added.upper = row.m_upperLimit;
+  added.wanted = (pushes ? row.m_rhsPenetration : row.m_rhs) / row.m_jacDiagABInv;
   added.bounded_by = bounded_by;
   added.a = {row.m_solverBodyIdA, row.m_contactNormal1, row.m_relpos1CrossNormal,
              row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA};
@@ -55,17 +59,14 @@ Eigen::MatrixXd DirectSolve::Matrix(const std::vector<size_t>& of, const std::ve
 
 Eigen::VectorXd DirectSolve::Wanted(const std::vector<size_t>& of) const {
   Eigen::VectorXd wanted(of.size());
-  for (size_t i = 0; i < of.size(); ++i) {
-    const btSolverConstraint& constraint = *rows_[of[i]].constraint;
-    wanted[i] = constraint.m_rhs / constraint.m_jacDiagABInv;
-  }
+  for (size_t i = 0; i < of.size(); ++i) wanted[i] = rows_[of[i]].wanted;
   return wanted;
 }
 
 std::pair<double, double> DirectSolve::BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
                                                 const Eigen::VectorXd& impulses) const {
   const double scale = row.bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(row.bounded_by)]]);
-  return {scale * row.constraint->m_lowerLimit, scale * row.constraint->m_upperLimit};
+  return {scale * row.lower, scale * row.upper};
 }
 
 void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
@@ -124,10 +125,15 @@ void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& 
   for (size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows_[rows[i]];
     const double impulse = impulses[static_cast<Eigen::Index>(i)];
-    const double change = impulse - row.constraint->m_appliedImpulse;
-    row.constraint->m_appliedImpulse = impulse;
+    const double change = impulse - *row.impulse;
+    *row.impulse = impulse;
     for (const Part* part : {&row.a, &row.b}) {
-      bodies_[part->body].internalApplyImpulse(part->linear_gain, part->angular_gain, change);
+      btSolverBody& body = bodies_[part->body];
+      if (of_ == Of::kPushes) {
+        body.internalApplyPushImpulse(part->linear_gain, part->angular_gain, change);
+      } else {
+        body.internalApplyImpulse(part->linear_gain, part->angular_gain, change);
+      }
     }
   }
 }
@@ -135,8 +141,7 @@ void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& 
 bool DirectSolve::Run() {
   std::vector<size_t> free, bounded;
   for (size_t i = 0; i < rows_.size(); ++i) {
-    const bool is_free = rows_[i].bounded_by == kFree && std::isinf(rows_[i].constraint->m_lowerLimit) &&
-                         std::isinf(rows_[i].constraint->m_upperLimit);
+    const bool is_free = rows_[i].bounded_by == kFree && std::isinf(rows_[i].lower) && std::isinf(rows_[i].upper);
     (is_free ? free : bounded).push_back(i);
   }
   const Eigen::MatrixXd coupling = Matrix(free, bounded);
@@ -150,7 +155,7 @@ bool DirectSolve::Run() {
     if (!bounded.empty()) answer = factored.solve(coupling);
   }
   Eigen::VectorXd impulses(bounded.size());
-  for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = rows_[bounded[i]].constraint->m_appliedImpulse;
+  for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = *rows_[bounded[i]].impulse;
   SolveBounded(Matrix(bounded, bounded) - coupling.transpose() * answer, Wanted(bounded) - coupling.transpose() * alone,
                bounded, impulses);
   const Eigen::VectorXd answered = alone - answer * impulses;

@@ -16,7 +16,10 @@ class DirectSolve {
  public:
   static constexpr int kFree = -1;
 
-  explicit DirectSolve(btAlignedObjectArray<btSolverBody>& bodies) : bodies_(bodies) {}
+  /// What is solved for: what bodies go on with, or what pushes overlapping ones apart and does not stay with them.
+  enum class Of { kVelocities, kPushes };
+
+  DirectSolve(btAlignedObjectArray<btSolverBody>& bodies, Of of) : bodies_(bodies), of_(of) {}
 
   /// Adds a row with its bounds, or with those bounds times the impulse of the row that was added as `bounded_by`.
   /// `softness` is added to its own, of its mobility.
@@ -32,7 +35,8 @@ class DirectSolve {
     btVector3 linear_gain, angular_gain;  // velocity per impulse
   };
   struct Row {
-    btSolverConstraint* constraint;
+    btScalar* impulse;
+    btScalar lower, upper, wanted;  // N*s or N*m*s, the former also as parts of another's; m/s or rad/s
     int bounded_by;
     double softness;  // 1/kg or 1/(kg*m^2)
     double slack;     // the part of it that is no spring's
@@ -52,6 +56,7 @@ class DirectSolve {
   void Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses);
 
   btAlignedObjectArray<btSolverBody>& bodies_;
+  Of of_;
   std::vector<Row> rows_;
   bool gives_way_ = false;
 };
