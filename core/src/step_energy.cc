@@ -2,6 +2,8 @@
 // where light bodies between heavy ones turn far in a step, what makes up for errors could give more of it from step to
 // step, until nothing is left of the scene. There a solve is taken in part: momentum stays as it is, forces stay within
 // their cones, and errors wait.
+#include <algorithm>
+
 #include "free_rotation.h"
 #include "solve_energy.h"
 #include "step_run.h"
@@ -12,6 +14,17 @@ namespace {
 double Square(const Matrix3& tensor, const Vector3& spin) { return spin.dot(tensor * spin); }
 
 }  // namespace
+
+// Of torques from outside, J: a body that joints make harder to turn takes a part of them, and has less energy of it
+// than what they do while it turns as joints let it.
+double StepRun::WorkOwed(const Mover& mover, const Vector3& turned) {
+  if (mover.yield == 1) return 0;
+  const Vector3 given = mover.inverse_tensor * mover.momentum;
+  const Vector3 before = given - mover.yield * (mover.inverse_tensor * mover.twist);
+  const double done = mover.twist.dot(before + given + turned) / 2;
+  const double has = mover.yield * mover.twist.dot(before + given) / 2;
+  return std::max(done - has, 0.0);
+}
 
 bool StepRun::IsMovedByOthers(EntityRow row) const {
   return row != kWorldRow && world_.active_[Index(row)] && !IsDynamic(row);
@@ -29,6 +42,7 @@ void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEner
     SolveEnergy& energy = energies[island];
     energy.first += mass * mover.linear_given.dot(gained) + mover.spin_given.dot(tensor * turned);
     energy.second += (mass * gained.squaredNorm() + Square(tensor, turned)) / 2;
+    energy.allowed += WorkOwed(mover, turned);
   }
   joints_.AllowWork(rows, energies);
   const auto open = [&](EntityRow a, EntityRow b) {

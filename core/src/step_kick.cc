@@ -15,6 +15,9 @@ namespace {
 constexpr uint8_t kRestartPause = 8;
 // rad in a substep: a body that joints turn farther has no momentum that says how it turns.
 constexpr double kResolvedTurn = 0.7;
+// What a body that joints turn may have of energy after a substep, of that which it began with: a slender one has many
+// times as much once it is a little askew to its momentum.
+constexpr double kResolvedGain = 1.2;
 // Accelerations that differ by less than this part of the larger one are the same.
 constexpr double kSameForce = 1e-12;
 // What contacts and joints give changed by this part of the larger value, and is this many times what acts from
@@ -122,10 +125,13 @@ void StepRun::KickMover(Mover& mover, double h) {
   // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
   const HalfStep& half = world_.layer_.half_steps[row];
   Vector3 linear = state_.linear_velocities.col(row) + half.steady_kick + mover.past * mover.field.acceleration;
-  mover.momentum += mover.yield * (half.steady_twist + mover.past * mover.field.torque);
+  mover.twist = half.steady_twist + mover.past * mover.field.torque;
+  mover.momentum += mover.yield * mover.twist;
   Brake(mover, mover.past + h / 2, linear, mover.momentum);
   linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);
-  mover.momentum += mover.yield * (h / 2 * (mover.steady.torque + mover.field.torque));
+  const Vector3 forward = h / 2 * (mover.steady.torque + mover.field.torque);
+  mover.momentum += mover.yield * forward;
+  mover.twist += forward;
   mover.linear_given = Limited(linear, traits.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 
@@ -134,7 +140,9 @@ void StepRun::KickMover(Mover& mover, double h) {
     spin = Limited(spin, traits.angular_speed_max);
     mover.momentum = mover.tensor * spin;
   }
-  const bool uniform = mass.spherical || !(spin.norm() <= Limits::kSpinMax);
+  // Whom joints hold while it turns so far does not go as a free body would.
+  const bool is_wide = scratch_.jointed[mover.row] && spin.norm() * h > kResolvedTurn;
+  const bool uniform = mass.spherical || is_wide || !(spin.norm() <= Limits::kSpinMax);
   const Quaternion orientation = state_.pose(mover.row).orientation;
   mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, mover.momentum, mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
@@ -181,10 +189,11 @@ void StepRun::EndMover(Mover& mover, double h) {
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
   const Vector3 spun = state_.angular_velocities.col(row);
-  const double energy = spun.dot(mover.tensor * spun);
+  const double energy = half.momentum.dot(mover.inverse_tensor * half.momentum);
   TakeTensors(mover);
   const double after = half.momentum.dot(mover.inverse_tensor * half.momentum);
-  if (scratch_.jointed[mover.row] && spun.norm() * h > kResolvedTurn) {
+  const bool is_wide = spun.norm() * h > kResolvedTurn || after > kResolvedGain * energy;
+  if (scratch_.jointed[mover.row] && is_wide) {
     // A joint turned the body further than a step can follow, away from its momentum.
     if (after > energy) half.momentum *= std::sqrt(energy / after);
     half.held_velocity.setZero();

@@ -54,7 +54,8 @@ class StepRun {
     Matrix3 axes = Matrix3::Identity();
     Matrix3 tensor = Matrix3::Zero();
     Matrix3 inverse_tensor = Matrix3::Zero();
-    double yield = 1;  // part by which torques turn it of what they else would: see InertiaFactor()
+    double yield = 1;                 // part by which torques turn it of what they else would: see InertiaFactor()
+    Vector3 twist = Vector3::Zero();  // N*m*s, of all those up to the middle of the substep
   };
 
   // A dynamic body that nothing can meet in this step.
@@ -130,6 +131,7 @@ class StepRun {
   bool IsMovedByOthers(EntityRow row) const;
   void FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
   void RestrainJointed(double h, std::vector<JointRow>& rows);
+  static double WorkOwed(const Mover& mover, const Vector3& turned);
   void TakePart(const Mover& mover, double h, double part);
 
   // What is told of the step (step_report.cc).

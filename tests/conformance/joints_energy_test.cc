@@ -10,7 +10,7 @@ namespace {
 
 GENPHYS_ENGINE_TESTS(JointsEnergy);
 
-constexpr uint64_t kChains = 60;
+constexpr uint64_t kChains = 200;
 
 double KineticEnergyOf(const World& world) {
   double energy = 0;
@@ -49,8 +49,8 @@ void AddChain(World& world, Random& random) {
   }
 }
 
-// Some of the links turn by more than a radian in a step, of which no method for steps of this size keeps the energy:
-// it must not run away.
+// Some of the links turn by more than a radian in a step, or are so slender that a tenth of that is as much: steps of
+// this size are off by as much energy as there is.
 TEST_P(JointsEnergy, OfATumblingChainOfAnyMassesDoesNotRunAway) {
   Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointUniversal, Claim::kJointFixed});
   for (uint64_t seed = 1; seed <= kChains; ++seed) {
@@ -63,7 +63,7 @@ TEST_P(JointsEnergy, OfATumblingChainOfAnyMassesDoesNotRunAway) {
       Steps(*world, 1);
       most = std::max(most, KineticEnergyOf(*world));
     }
-    EXPECT_LE(most, 10 * start) << "seed " << seed;
+    EXPECT_LE(most, 2 * start) << "seed " << seed;
   }
 }
 

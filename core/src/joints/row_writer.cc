@@ -81,7 +81,7 @@ Coordinate RowWriter::Along(int i) const {
   return {.place = static_cast<size_t>(i), .axis = axis, .position = axis.dot(b_.frame.position - a_.frame.position)};
 }
 
-double RowWriter::Mobility(const JointRow& row) const {
+double RowWriter::Mobility(const JointRow& row, Matrix3 JointBody::*inverse_tensor) const {
   Vector3 turn_a = row.axis, turn_b = row.kind == JointRow::Kind::kGeared ? row.axis_b : row.axis;
   double linear = 0;
   if (row.kind == JointRow::Kind::kLinear) {
@@ -89,7 +89,7 @@ double RowWriter::Mobility(const JointRow& row) const {
     turn_a = (row.point - a_.body->center).cross(row.axis);
     turn_b = (row.point - b_.body->center).cross(row.axis);
   }
-  return linear + turn_a.dot(a_.body->inverse_tensor * turn_a) + turn_b.dot(b_.body->inverse_tensor * turn_b);
+  return linear + turn_a.dot(a_.body->*inverse_tensor * turn_a) + turn_b.dot(b_.body->*inverse_tensor * turn_b);
 }
 
 void RowWriter::Correct(double error, JointRow& row) const {
@@ -102,11 +102,13 @@ void RowWriter::Correct(double error, JointRow& row) const {
   // Who says how errors are taken away gets what that takes; else they wait where it would be too much at once.
   const double quiet = is_angular ? kQuietSpin : kQuietSpeed;
   const double rate = correction_.any() ? row.target : std::min(std::abs(row.target), quiet);
-  row.repair = rate * rate / mobility_ / 2;
+  // Who is harder to turn in this step has no more energy for that.
+  const bool is_scaled = a_.body->factor != 1 || b_.body->factor != 1;
+  row.repair = rate * rate / (is_scaled ? Mobility(row, &JointBody::own_inverse) : mobility_) / 2;
 }
 
 void RowWriter::Soften(JointRow& row) {
-  mobility_ = Mobility(row);
+  mobility_ = Mobility(row, &JointBody::inverse_tensor);
   row.softness = kLeastSoftness * mobility_;
 }
 

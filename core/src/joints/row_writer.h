@@ -85,7 +85,7 @@ class RowWriter {
                  double force_max);
   JointRow& Add(const Coordinate& coordinate);
   void Bound(double force_max);
-  double Mobility(const JointRow& row) const;
+  double Mobility(const JointRow& row, Matrix3 JointBody::*inverse_tensor) const;
   void Soften(JointRow& row);
   // Makes the row that was softened last take `error` (m or rad) away, as far as that may be done in this substep.
   void Correct(double error, JointRow& row) const;
