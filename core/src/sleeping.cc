@@ -57,13 +57,13 @@ void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<u
 }  // namespace
 
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const JointIndex& joints, const std::vector<uint8_t>& active, double step_size,
-                                   LayerState& layer) {
+                                   const RowMarks& pushed, const JointIndex& joints, const std::vector<uint8_t>& active,
+                                   double step_size, LayerState& layer) {
   bool any = false;
   for (EntityRow entity : rows) {
     const uint32_t row = Index(entity);
     const auto [moves, turns] = Motions(state, row, TraitsOf(scene, row));
-    layer.rest_times[row] = !moves && !turns ? layer.rest_times[row] + step_size : 0;
+    layer.rest_times[row] = !moves && !turns && !pushed[entity] ? layer.rest_times[row] + step_size : 0;
     any = any || RestedEnough(scene, layer, row);
   }
   if (!any) return {};

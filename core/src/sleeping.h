@@ -4,16 +4,17 @@
 
 #include "genphys/joint_index.h"
 #include "genphys/layer_state.h"
+#include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 
 namespace genphys {
 
-/// Advances the rest times of the awake dynamic `rows` by `step_size` seconds and returns the rows of all islands
-/// (dynamic bodies that touch or are joined) in which every body has rested long enough, ascending.
+/// Advances the rest times of the awake dynamic `rows` that nobody has `pushed` by `step_size` seconds and returns the
+/// rows of all islands (dynamic bodies that touch or are joined) in which every body has rested long enough, ascending.
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const JointIndex& joints, const std::vector<uint8_t>& active, double step_size,
-                                   LayerState& layer);
+                                   const RowMarks& pushed, const JointIndex& joints, const std::vector<uint8_t>& active,
+                                   double step_size, LayerState& layer);
 
 /// How many groups the awake dynamic `rows` make that touch or are joined; who does neither is a group alone.
 uint32_t CountIslands(const Scene& scene, const LayerState& layer, const JointIndex& joints,

@@ -199,6 +199,12 @@ void StepRun::EndMover(Mover& mover, double h) {
     half.held_velocity.setZero();
     half.held_momentum.setZero();
   }
+  // What pushes it out of an overlap is in no velocity.
+  if (traits.may_sleep && half.velocity.squaredNorm() <= traits.rest_speed * traits.rest_speed) {
+    const Vector3& center = world_.scene_.entities[row]->mass.center_of_mass;
+    const Vector3 way = state_.pose(mover.row).Transform(center) - mover.start.Transform(center);
+    if ((way - h * half.velocity).norm() > traits.rest_speed * h) scratch_.pushed.Mark(mover.row);
+  }
   Vector3 linear = half.velocity + half.steady_kick + h / 2 * mover.field.acceleration;
   Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * mover.field.torque);
   Brake(mover, h / 2, linear, momentum);

@@ -25,11 +25,12 @@ struct StepScratch {
   RowMarks flies;                                     // in the flight lane
   RowMarks steered;                                   // forces turn it or turn with it
   RowMarks strays;                                    // left the bounds of the world
+  RowMarks pushed;                                    // out of an overlap, by more than who rests would go
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, accelerations, struck_index, swept_index, earliest, flew, jointed, held, changed,
-          moved, tested, flies, steered, strays);
+          moved, tested, flies, steered, strays, pushed);
   }
 };
 

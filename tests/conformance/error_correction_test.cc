@@ -51,6 +51,20 @@ TEST_P(Corrections, AreNoFasterThanTold) {
   EXPECT_NEAR(DepthOf(*world, ball), 0, kTouch);
 }
 
+TEST_P(Corrections, KeepWhomTheyPushAwakeUntilItIsOut) {
+  Proves({Claim::kSleeping});
+  constexpr double kDepth = 0.2, kSpeed = 0.05;
+  const auto world = MakeWorld();
+  const EntityId ball = AddOverlapping(*world, kDepth, {.speed_max = kSpeed});
+
+  Steps(*world, static_cast<int>(0.9 * kDepth / kSpeed * 60));
+  EXPECT_FALSE(Asleep(*world, ball));
+  Steps(*world, 120);
+
+  EXPECT_TRUE(Asleep(*world, ball));
+  EXPECT_NEAR(DepthOf(*world, ball), 0, kTouch);
+}
+
 TEST_P(Corrections, LeaveTheSlopAlone) {
   constexpr double kDepth = 0.05, kSlop = 0.02;
   const auto world = WithDefault(GetParam(), {.time_constant = 0.02, .slop = kSlop});
