@@ -12,8 +12,8 @@ namespace {
 GENPHYS_ENGINE_TESTS(EngineChangeOfRandomScenes, Claim::kEngineChange);
 
 constexpr uint64_t kScenes = 200;
-// Sums of a few hundred products of doubles.
-constexpr double kRounding = 1e-9;
+// Of speeds of some ten.
+constexpr double kRounding = 10 * kRounded;
 
 // All that a client can ask for: description, columns and what the layer remembers, whatever the engine.
 struct Everything {

@@ -97,7 +97,7 @@ TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
   const bool blow_was_changed = step * kStep < kBlow;
   const Scene& expected = blow_was_changed ? other : same;
   const Vector3 apart = PositionOf(*changed.world, changed.ball) - PositionOf(*expected.world, expected.ball);
-  const double slip = 2 * SweptSpeed(0.5 * kGravity, kStep);
+  const double slip = 2 * SweptSpeed(0.5 * kGravity, SubstepOf(*changed.world));
   EXPECT_LE(apart.norm(), slip * (60 + 240) * kStep);
 }
 

@@ -3,6 +3,8 @@
 
 #include <initializer_list>
 #include <string>
+#include <tuple>
+#include <type_traits>
 
 #include "support/claims.h"
 #include "support/scenes.h"
@@ -15,10 +17,16 @@ namespace genphys::testing {
 template <typename Param>
 class EveryEngineTest : public ::testing::TestWithParam<Param> {
  protected:
-  void SetUp() override { SetEndingAtRefusals(true); }
+  void SetUp() override {
+    if constexpr (std::is_same_v<Param, std::string>) {
+      EndAtRefusalsOf(this->GetParam());
+    } else {
+      EndAtRefusalsOf(std::get<0>(this->GetParam()));
+    }
+  }
 
   void TearDown() override {
-    SetEndingAtRefusals(false);
+    EndAtRefusalsOf("");
     std::string names;
     for (const Claim claim : claims_) names += NameOf(claim) + '|';
     this->RecordProperty("proves", names);

@@ -9,8 +9,8 @@ namespace {
 GENPHYS_ENGINE_TESTS(Forces);
 
 constexpr double kStep = 1.0 / 60;
-// Sums of a few hundred products of doubles.
-constexpr double kRounding = 1e-11;
+// Of numbers of some ten.
+constexpr double kRounding = 10 * kRounded;
 
 std::unique_ptr<World> Weightless(const std::string& engine) {
   return MakeWorld(WorldDesc{.engine = engine, .gravity = Vector3::Zero(), .ground_plane = false});

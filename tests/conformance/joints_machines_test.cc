@@ -32,8 +32,9 @@ TEST_P(JointsMachines, AWheelSagsOnItsSuspensionAndIsSteeredWhileItSpins) {
   Steps(*world, 600);
 
   const JointState& state = StateOf(*world, id);
-  EXPECT_NEAR(state.positions[2], -kMass * kGravity / kStiffness, kDirect);
-  EXPECT_NEAR(state.positions[5], kSteering, kDirect);
+  const double sag = kMass * kGravity / kStiffness;
+  EXPECT_NEAR(state.positions[2], -sag, kDirect * sag);
+  EXPECT_NEAR(state.positions[5], kSteering, kDirect * kSteering);
   EXPECT_NEAR(state.rates[4], kSpin, kSpin * kDirect);
   // The axle has turned with the steering, and the wheel counts its turns about it.
   EXPECT_LE((SpinOf(*world, wheel) - kSpin * Vector3(-std::sin(kSteering), std::cos(kSteering), 0)).norm(),
@@ -87,7 +88,8 @@ TEST_P(JointsMachines, AGearKeepsItsRatio) {
   const double expected = kTorque / (moment_a + kRatio * kRatio * moment_b);
   EXPECT_NEAR(SpinOf(*world, a).z(), expected, expected * kDirect);
   EXPECT_NEAR(SpinOf(*world, b).dot(tilted), kRatio * expected, std::abs(kRatio) * expected * kDirect);
-  EXPECT_NEAR(StateOf(*world, id).torque.dot(tilted), kRatio * moment_b * expected, kDirect);
+  EXPECT_NEAR(StateOf(*world, id).torque.dot(tilted), kRatio * moment_b * expected,
+              kDirect * std::abs(kRatio) * moment_b * expected);
   EXPECT_NEAR(StateOf(*world, id).positions[5], 0, kDirect) << "it has not slipped";
   EXPECT_NEAR(StateOf(*world, axle).rates[5], expected, expected * kDirect);
 }
@@ -123,7 +125,7 @@ TEST_P(JointsMachines, ASixDofJointHoldsWhatIsNotSetAndFreesWhatIs) {
   Steps(*world, 90);
 
   const JointState& state = StateOf(*world, id);
-  EXPECT_NEAR(state.positions[0], 0.5, kDirect) << "at its limit";
+  EXPECT_NEAR(state.positions[0], 0.5, kDirect * 0.5) << "at its limit";
   EXPECT_LE((PositionOf(*world, box) - Vector3(0.5, 0, 0)).norm(), kDirect);
   const Vector3 up = world->state().pose(EntityRow{box.index()}).orientation * Vector3::UnitZ();
   EXPECT_LE((up - Vector3::UnitZ()).norm(), kDirect) << "it has not tilted";

@@ -64,7 +64,7 @@ TEST_P(Materials, OfTwoRulesTheLaterOneCounts) {
 
 TEST_P(Materials, SlideAsFarAsTheirMixedFrictionSays) {
   Proves({Claim::kKineticFriction});
-  constexpr double kSpeed = 3, kGravity = 9.81, kStep = 1.0 / 60;
+  constexpr double kSpeed = 3, kGravity = 9.81;
   for (const auto& [rule, friction] : {std::pair{Mixing::kMinimum, 0.2}, {Mixing::kMaximum, 0.8}}) {
     const auto world = OnFloor(GetParam(), {.friction = 0.2});
     EntityDesc crate = Crate({0, 0, 0.5});
@@ -73,7 +73,7 @@ TEST_P(Materials, SlideAsFarAsTheirMixedFrictionSays) {
     const EntityId id = Add(*world, crate);
     Steps(*world, 180);
 
-    const double tolerance = 2 * StopError(friction * kGravity, kStep);
+    const double tolerance = 2 * StopError(friction * kGravity, SubstepOf(*world));
     EXPECT_NEAR(PositionOf(*world, id).x(), kSpeed * kSpeed / (2 * friction * kGravity), tolerance);
   }
 }
@@ -96,7 +96,7 @@ TEST_P(Materials, BounceAsHighAsTheirMixedRestitutionSays) {
       if (has_bounced) top = std::max(top, PositionOf(*world, id).z() - 0.5);
     }
 
-    const double tolerance = 2 * (ApexMissed(kGravity, kStep) + ImpactDepth(speed, kStep));
+    const double tolerance = 2 * (ApexMissed(kGravity, kStep) + ImpactDepth(speed, SubstepOf(*world)));
     EXPECT_NEAR(top, restitution * restitution * kHeight, tolerance);
   }
 }

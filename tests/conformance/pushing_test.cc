@@ -112,7 +112,7 @@ TEST_P(Pushing, WhatStandsOnAMovingFloorIsCarriedAlong) {
     // It slides until it is as fast: v / (mu g), in which it falls behind by v^2 / (2 mu g).
     const double lost = speed * speed / (2 * 0.5 * kGravity);
     const Vector3 expected = Vector3(-2, 0.2, 1.4) + (speed - lost) * Along(heading);
-    EXPECT_LE((PositionOf(*world, boards) - expected).norm(), 2 * StopError(0.5 * kGravity, 1.0 / 60) + kTouch)
+    EXPECT_LE((PositionOf(*world, boards) - expected).norm(), 2 * StopError(0.5 * kGravity, SubstepOf(*world)) + kTouch)
         << "heading " << heading;
   }
 }

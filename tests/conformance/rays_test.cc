@@ -1,5 +1,6 @@
 // What a ray sees first.
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "engine_test.h"
@@ -114,7 +115,7 @@ TEST_P(Rays, AreExactFromFarAway) {
   const RayHit hit = Cast(*world, {kFar, 0.3, 0}, {-2 * kFar, 0, 0});
 
   // The place is 0.4 m before the middle; of a fraction of two thousand kilometres that is what rounding leaves.
-  EXPECT_NEAR((1 - 2 * hit.fraction) * kFar, 0.4, 1e-9);
+  EXPECT_NEAR((1 - 2 * hit.fraction) * kFar, 0.4, 2 * kFar * std::numeric_limits<double>::epsilon());
 }
 
 TEST_P(Rays, GiveTheClosestHitAndOfEqualOnesTheSmallerId) {

@@ -34,8 +34,6 @@ TEST_P(Rolling, ABallStopsWhereTheClosedFormSaysWhateverItsHeading) {
   // m v' = -f and I w' = f r - arm N, with v = w r.
   const double braking = kRolls * kArm / kRadius * kGravity;
   const double distance = kSpeed * kSpeed / (2 * braking);
-  // What brakes may act half a step late, in which the ball goes on.
-  constexpr double kTolerance = 2 * kSpeed * kStep / 2;
   for (const double heading : {0.0, 0.5, M_PI / 4, 2.2}) {
     const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
     const Vector3 along(std::cos(heading), std::sin(heading), 0);
@@ -44,9 +42,12 @@ TEST_P(Rolling, ABallStopsWhereTheClosedFormSaysWhateverItsHeading) {
     Steps(*world, static_cast<int>(1.2 * kSpeed / braking / kStep));
 
     const Vector3 way = PositionOf(*world, ball) - Vector3(0, 0, kRadius);
-    EXPECT_NEAR(way.dot(along), distance, kTolerance) << heading;
-    EXPECT_NEAR(way.cross(along).norm(), 0, kTolerance) << heading;
-    EXPECT_LE(VelocityOf(*world, ball).norm(), SweptSpeed(kGravity, kStep)) << "it lies still";
+    // What brakes may act a solve late, in which the ball goes on; and along the spin of the solve before, so that as
+    // much may be lacking across.
+    const double tolerance = 2 * kSpeed * SubstepOf(*world);
+    EXPECT_NEAR(way.dot(along), distance, tolerance) << heading;
+    EXPECT_NEAR(way.cross(along).norm(), 0, tolerance) << heading;
+    EXPECT_LE(VelocityOf(*world, ball).norm(), SweptSpeed(kGravity, SubstepOf(*world))) << "it lies still";
   }
 }
 
@@ -126,8 +127,6 @@ TEST_P(Rolling, IsTheSameWhateverTheSolver) {
   constexpr double kSpeed = 2, kArm = 0.04;
   const double braking = kRolls * kArm / kRadius * kGravity;
   for (const Solver solver : {Solver::kIterative, Solver::kDirect}) {
-    if (solver == Solver::kDirect && !EveryEngine().Find(GetParam())->capabilities().Has(Feature::kSolverDirect))
-      continue;
     const auto world = OnFloor(GetParam(), {.rolling_friction = kArm, .spinning_friction = kArm}, solver);
     const EntityId ball = Add(*world, RollingBall({kSpeed, 0, 0}));
     // Many points of one side, all of which resist.
@@ -145,13 +144,14 @@ TEST_P(Rolling, GoesOnAlikeOnAnotherEngine) {
   const double braking = kRolls * kArm / kRadius * kGravity;
   const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
   const EntityId ball = Add(*world, RollingBall({kSpeed, 0, 0}));
-  for (const std::string& engine : EnginesWithContacts()) {
+  for (const std::string& engine : {GetParam(), OtherEngine(GetParam()), GetParam()}) {
     Do(*world, SetEngine{engine});
     Steps(*world, 30);
   }
-  const double seconds = 0.5 * static_cast<double>(EnginesWithContacts().size());
+  constexpr double seconds = 1.5;
 
-  EXPECT_NEAR(VelocityOf(*world, ball).x(), kSpeed - braking * seconds, 2 * braking * kStep);
+  // On each engine it may begin a solve late.
+  EXPECT_NEAR(VelocityOf(*world, ball).x(), kSpeed - braking * seconds, 3 * braking * SubstepOf(*world));
 }
 
 }  // namespace

@@ -38,9 +38,4 @@ double GapOf(const World& world, JointId id) {
       .norm();
 }
 
-double SubstepOf(const World& world) {
-  const StepperDesc& stepper = world.scene().world.stepper;
-  return stepper.step_size / EveryEngine().Find(world.scene().world.engine)->Resolve(stepper).substeps;
-}
-
 }  // namespace genphys::testing

@@ -23,7 +23,4 @@ const JointState& StateOf(const World& world, JointId id);
 /// How far the origins of both frames are apart, m.
 double GapOf(const World& world, JointId id);
 
-/// Seconds of one solve.
-double SubstepOf(const World& world);
-
 }  // namespace genphys::testing

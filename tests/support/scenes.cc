@@ -33,26 +33,25 @@ std::vector<std::string> NamesOf(const BackendRegistry& registry) {
   return names;
 }
 
-thread_local bool ending_at_refusals = false;
+thread_local std::string ending_at;  // refusals of this engine
 thread_local std::string refused;
 
-// The features that `message` names, if it is what the core says of an engine that has none of them.
-std::string MissingFeaturesIn(const std::string& message) {
+// The features that `message` names, if it is what the core says of `engine` and that has none of them.
+std::string MissingFeaturesIn(const std::string& message, const std::string& engine) {
+  const std::string opening = "engine \"" + engine + "\" does not support ";
+  const size_t place = message.find(opening);
+  if (place == std::string::npos) return "";
+  const Capabilities& capabilities = EveryEngine().Find(engine)->capabilities();
   std::string names;
-  for (const auto& backend : EveryEngine().backends()) {
-    const std::string opening = "engine \"" + backend->capabilities().engine() + "\" does not support ";
-    const size_t place = message.find(opening);
-    if (place == std::string::npos) continue;
-    const std::vector<std::string> missing = absl::StrSplit(message.substr(place + opening.size()), ", ");
-    for (const std::string& name : missing) {
-      bool is_missing = false;
-      for (size_t i = 0; i < static_cast<size_t>(Feature::kCount); ++i) {
-        const auto feature = static_cast<Feature>(i);
-        is_missing |= NameOf(feature) == name && !backend->capabilities().Has(feature);
-      }
-      if (!is_missing) return "";
-      names += name + ' ';
+  for (const std::string& name :
+       std::vector<std::string>(absl::StrSplit(message.substr(place + opening.size()), ", "))) {
+    bool is_missing = false;
+    for (size_t i = 0; i < static_cast<size_t>(Feature::kCount); ++i) {
+      const auto feature = static_cast<Feature>(i);
+      is_missing |= NameOf(feature) == name && !capabilities.Has(feature);
     }
+    if (!is_missing) return "";
+    names += name + ' ';
   }
   return names;
 }
@@ -73,12 +72,12 @@ std::vector<std::string> ThoseWith(std::initializer_list<Feature> features, cons
   return able;
 }
 
-void SetEndingAtRefusals(bool on) { ending_at_refusals = on; }
+void EndAtRefusalsOf(const std::string& engine) { ending_at = engine; }
 
 void EndAtRefusal(const Status& status) {
   const std::optional<Refusal> refusal = RefusalOf(status);
-  if (!ending_at_refusals || !refusal || refusal->reason != Reason::kUnsupportedFeature) return;
-  const std::string names = MissingFeaturesIn(MessageOf(status));
+  if (ending_at.empty() || !refusal || refusal->reason != Reason::kUnsupportedFeature) return;
+  const std::string names = MissingFeaturesIn(MessageOf(status), ending_at);
   if (names.empty()) return;
   refused += names;
   // GoogleTest's own way to leave a test from below it, which tells nothing to anybody.
@@ -92,6 +91,7 @@ std::string OtherEngine(const std::string& engine) {
   for (const std::string& name : EnginesWithContacts()) {
     if (name != engine) return name;
   }
+  ADD_FAILURE() << "there is no other engine than " << engine;
   return engine;
 }
 
@@ -139,6 +139,11 @@ void Steps(World& world, int count) {
     const Status status = world.Step();
     ASSERT_TRUE(status.ok()) << status;
   }
+}
+
+double SubstepOf(const World& world) {
+  const StepperDesc& stepper = world.scene().world.stepper;
+  return stepper.step_size / EveryEngine().Find(world.scene().world.engine)->Resolve(stepper).substeps;
 }
 
 Vector3 PositionOf(const World& world, EntityId id) { return world.state().positions.col(id.index()); }

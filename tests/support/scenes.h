@@ -22,12 +22,13 @@ std::vector<std::string> EveryEngineWithContacts();
 /// Those of `engines` that have all of `features`.
 std::vector<std::string> ThoseWith(std::initializer_list<Feature> features, const std::vector<std::string>& engines);
 
-/// One of the server's engines that is not `engine`, if there is one.
+/// One of the server's engines that is not `engine`, or a failure of the test.
 std::string OtherEngine(const std::string& engine);
 
-/// While this is on, a refusal that names features that the engine lacks ends the test that led to it. It is on in
-/// conformance tests alone, and on their own thread.
-void SetEndingAtRefusals(bool on);
+/// From now on a refusal that names features which `engine` lacks ends the test that led to it; of none, if that is
+/// empty. Conformance tests say so of the engine that they run on, on their own thread: what another one lacks is a
+/// failure.
+void EndAtRefusalsOf(const std::string& engine);
 
 /// Ends the test if `status` is such a refusal, which is on record then. Goes on if it is anything else.
 void EndAtRefusal(const Status& status);
@@ -52,6 +53,9 @@ EntityId Add(World& world, const EntityDesc& desc);
 
 /// Takes `count` steps that must succeed.
 void Steps(World& world, int count);
+
+/// Seconds of one solve.
+double SubstepOf(const World& world);
 
 Vector3 PositionOf(const World& world, EntityId id);
 Vector3 VelocityOf(const World& world, EntityId id);

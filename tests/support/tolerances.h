@@ -1,8 +1,8 @@
 #pragma once
 #include "genphys/contact.h"
 
-// What methods are predicted to be off by. A test allows at most twice of what it takes from here, unless it is
-// promised.
+// What methods are predicted to be off by, or promised to be off by at most. A test allows at most twice of what it
+// takes from here. Steps are those of solves: see SubstepOf().
 
 namespace genphys::testing {
 
