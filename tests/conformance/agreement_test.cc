@@ -118,6 +118,7 @@ TEST_P(Agreement, OnWhoPassesThroughWhom) {
   for (int i = 0; i < 100; ++i) pairs.push_back({any(), any()});
   const auto [here, there] = OnBoth(GetParam(), [&](const std::string& engine) {
     const auto world = Weightless(engine);
+    Require(*world, Feature::kContacts);
     std::vector<bool> touching;
     const auto add = [&](const Vector3& place, const Filter& filter) {
       EntityDesc ball = Ball(place, 0.5);

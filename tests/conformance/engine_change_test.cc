@@ -102,7 +102,7 @@ TEST_P(EngineChangeAt, LeavesTheBallWhereItWouldHaveBeen) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, EngineChangeAt,
-                         ::testing::Combine(::testing::ValuesIn(EveryEngineWithContacts()), ::testing::Values(30, 240)),
+                         ::testing::Combine(::testing::ValuesIn(EveryEngineName()), ::testing::Values(30, 240)),
                          [](const auto& made) {
                            return std::get<0>(made.param) + "_" + std::to_string(std::get<1>(made.param));
                          });

@@ -43,6 +43,7 @@ TEST_P(Flight, WithDampingIsExactAtAnyStepSize) {
 
 TEST_P(Flight, EndsWhereSomethingIsInTheWay) {
   const auto world = MakeSpace(GetParam(), Vector3::Zero());
+  Require(*world, Feature::kContacts);
   EntityDesc ball = Ball({0, 0, 0});
   ball.rigid_body->linear_velocity = {6, 0, 0};
   const EntityId flyer = Add(*world, ball);
@@ -59,6 +60,7 @@ TEST_P(Flight, EndsWhereSomethingIsInTheWay) {
 
 TEST_P(Flight, IsMetByWhatComesInTheMiddleOfAStep) {
   const auto world = MakeSpace(GetParam(), Vector3::Zero());
+  Require(*world, Feature::kContacts);
   const EntityId flyer = Add(*world, Ball({0, 0, 0}));
   EntityDesc pusher = Ball({-1.6, 0, 0});
   pusher.rigid_body->motion_type = MotionType::kKinematic;

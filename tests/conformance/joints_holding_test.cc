@@ -209,6 +209,7 @@ TEST_P(JointsHolding, WhatIsJoinedDoesNotCollideUnlessItShall) {
   Proves({Claim::kJoinedPairs});
   for (const bool collide : {false, true}) {
     const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+    Require(*world, Feature::kContacts);
     const EntityId a = Add(*world, Ball({0, 0, 0})), b = Add(*world, Ball({0.9, 0, 0}));
     Steps(*world, 1);
     ASSERT_FALSE(world->contacts().pairs.empty());

@@ -77,6 +77,7 @@ TEST_P(Locks, AreAsHardAsAWallToWhatHitsThem) {
   // A contact gives way by a part of what both sides would without locks.
   constexpr double kTolerance = kDirect * (1 + 1 / kMass) * kSpeed;
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+  Require(*world, Feature::kContacts);
   const EntityId post = Add(*world, Locked(Crate({0, 0, 0}, 0.5, kMass), kFixed));
   EntityDesc ball = Ball({-1.5, 0, 0});
   ball.rigid_body->linear_velocity = {kSpeed, 0, 0};

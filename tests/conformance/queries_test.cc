@@ -28,6 +28,7 @@ std::vector<Pose> At(const std::vector<Vector3>& places) {
 
 template <typename T>
 T Must(Result<T> made) {
+  EndAtRefusal(made.status());
   EXPECT_TRUE(made.ok()) << made.status();
   return made.ok() ? *std::move(made) : T{};
 }

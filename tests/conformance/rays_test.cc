@@ -32,6 +32,7 @@ EntityId AddStill(World& world, const Shape& shape, const Vector3& position) {
 RayHit Cast(World& world, const Vector3& origin, const Vector3& translation, uint64_t bits = ~uint64_t{0}) {
   const Ray ray{origin, translation};
   const Result<std::vector<RayHit>> hits = world.CastRays({&ray, 1}, bits);
+  EndAtRefusal(hits.status());
   EXPECT_TRUE(hits.ok()) << hits.status();
   return hits.ok() ? hits->front() : RayHit{};
 }

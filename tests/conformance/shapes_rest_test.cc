@@ -132,6 +132,7 @@ TEST_P(RestingShapes, EveryShapeThatDoesNotMoveHoldsABallOnItsTop) {
     for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
       if (motion == MotionType::kKinematic && std::holds_alternative<Plane>(support.shape)) continue;
       const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false});
+      Require(*world, Feature::kContacts);
       EntityDesc below = Body(support.shape, {0, 0, 2});
       below.pose.orientation = kTurn;
       below.rigid_body->motion_type = motion;

@@ -98,6 +98,7 @@ TEST_P(Sleeping, ASleeperTakesAllOfABlow) {
   // Wherever within its step the other one reaches it: one of equal mass that bounces fully stops, and it goes on.
   for (int i = 0; i < 20; ++i) {
     const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false});
+    Require(*world, Feature::kContacts);
     EntityDesc moving = Ball({-4 + 0.005 * i, 0, 0}, 0.25), resting = Ball({0, 0, 0}, 0.25);
     moving.rigid_body->linear_velocity = {3, 0, 0};
     for (EntityDesc* ball : {&moving, &resting}) {

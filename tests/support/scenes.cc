@@ -60,6 +60,8 @@ std::string MissingFeaturesIn(const std::string& message, const std::string& eng
 
 std::vector<std::string> EnginesWithContacts() { return ThoseWith({Feature::kContacts}, NamesOf(Engines())); }
 
+std::vector<std::string> EveryEngineName() { return NamesOf(EveryEngine()); }
+
 std::vector<std::string> EveryEngineWithContacts() { return ThoseWith({Feature::kContacts}, NamesOf(EveryEngine())); }
 
 std::vector<std::string> ThoseWith(std::initializer_list<Feature> features, const std::vector<std::string>& engines) {
@@ -99,7 +101,19 @@ std::unique_ptr<World> MakeWorld(const WorldDesc& desc) {
   Result<std::unique_ptr<World>> world = World::Create(EveryEngine(), desc);
   EndAtRefusal(world.status());
   EXPECT_TRUE(world.ok()) << world.status();
+  const bool may_refuse = !ending_at.empty() && desc.ground_plane.value_or(true);
+  if (world.ok() && may_refuse) Require(**world, Feature::kContacts);
   return world.ok() ? std::move(*world) : nullptr;
+}
+
+void Require(const World& world, Feature feature) {
+  const std::string& engine = world.scene().world.engine;
+  const auto* const backend = EveryEngine().Find(engine);
+  if (backend == nullptr || backend->capabilities().Has(feature)) return;  // "none" is asked for nothing
+  const WorldDesc desc{.engine = engine, .ground_plane = false, .required_features = {feature}};
+  const Status status = World::Create(EveryEngine(), desc).status();
+  EndAtRefusal(status);
+  EXPECT_TRUE(status.ok()) << status;
 }
 
 std::unique_ptr<World> MakeWorld(const std::string& engine) {

@@ -16,7 +16,10 @@ const BackendRegistry& EveryEngine();
 /// Short names of the server's engines that know contacts.
 std::vector<std::string> EnginesWithContacts();
 
-/// Short names of all that know contacts: what conformance tests run on.
+/// Short names of all engines: what conformance tests run on.
+std::vector<std::string> EveryEngineName();
+
+/// Of these, those that know contacts.
 std::vector<std::string> EveryEngineWithContacts();
 
 /// Those of `engines` that have all of `features`.
@@ -33,10 +36,14 @@ void EndAtRefusalsOf(const std::string& engine);
 /// Ends the test if `status` is such a refusal, which is on record then. Goes on if it is anything else.
 void EndAtRefusal(const Status& status);
 
+/// Ends the test if the engine of `world` lacks `feature`, as what it says to a world that requires it tells.
+void Require(const World& world, Feature feature);
+
 /// Names of the features that were refused since the last call.
 std::string TakeRefused();
 
-/// A world on `engine` with earth's gravity 9.81 m/s^2 and a floor, or a failure of the test.
+/// A world on `engine` with earth's gravity 9.81 m/s^2 and a floor, or a failure of the test. In conformance
+/// tests, where a floor is wanted or nothing is said, it is one that holds: engines without contacts refuse.
 std::unique_ptr<World> MakeWorld(const std::string& engine);
 std::unique_ptr<World> MakeWorld(const WorldDesc& desc);
 
