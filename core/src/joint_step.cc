@@ -230,15 +230,38 @@ bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& ro
   for (int surprises = 0;; ++surprises) {
     if (!solver_.Solve(island, rows, mine, body_of_, bodies_)) return false;
     if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) return true;
-    for (const uint32_t moved : solver_.moved()) {
-      JointBody& body = bodies_[moved];
-      body.linear_velocity = state_.linear_velocities.col(Index(body.row));
-      body.angular_velocity = state_.angular_velocities.col(Index(body.row));
-      // Torques of this substep have turned it as if it were lighter.
-      const Vector3 kicked = body.angular_velocity - body.angular_before;
-      if (body.factor > 1) body.angular_velocity = body.angular_before + body.expected_factor / body.factor * kicked;
+    for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
+  }
+}
+
+bool JointStep::SolveQuietly(uint32_t island, std::vector<JointRow>& rows) {
+  if (island >= by_island_.size() || by_island_[island].empty()) return false;
+  const std::vector<uint32_t>& mine = by_island_[island];
+  targets_.clear();
+  for (const uint32_t i : mine) {
+    JointRow& row = rows[i];
+    targets_.push_back(row.target);
+    for (const EntityRow side : {row.a, row.b}) {
+      if (side == kWorldRow) continue;
+      JointBody& body = bodies_[body_of_[Index(side)]];
+      if (!body.is_movable()) continue;
+      body.factor = 1;
+      body.inverse_tensor = body.own_inverse;
+      body.Return();
+    }
+    if (row.is_driven) continue;
+    // A limit still ahead may be come to, which gives nothing either.
+    if (row.lower == 0) {
+      row.target = std::min(row.target, 0.0);
+    } else if (row.upper == 0) {
+      row.target = std::max(row.target, 0.0);
+    } else {
+      row.target = 0;
     }
   }
+  const bool is_solved = solver_.Solve(island, rows, mine, body_of_, bodies_);
+  for (size_t i = 0; i < mine.size(); ++i) rows[mine[i]].target = targets_[i];
+  return is_solved;
 }
 
 std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const EntityRow> moving,
@@ -247,9 +270,9 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   left_rows_.clear();
   if (rows.empty()) return rows;
   islands_.Find(state_.rows(), moving, contacts, rows);
+  for (std::vector<uint32_t>& list : by_island_) list.clear();
   if (solver == Solver::kIterative) return rows;
   if (by_island_.size() < islands_.islands().size()) by_island_.resize(islands_.islands().size());
-  for (std::vector<uint32_t>& list : by_island_) list.clear();
   for (uint32_t i = 0; i < rows.size(); ++i) {
     const uint32_t island = islands_.IslandOf(rows[i].a, rows[i].b);
     if (island == Islands::kNone || islands_.islands()[island].contacts > 0) {
@@ -259,9 +282,10 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
     }
   }
   for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
-    const std::vector<uint32_t>& list = by_island_[island];
-    if (list.empty()) continue;
-    if (!SolveIsland(island, h, rows)) left_.insert(left_.end(), list.begin(), list.end());
+    std::vector<uint32_t>& list = by_island_[island];
+    if (list.empty() || SolveIsland(island, h, rows)) continue;
+    left_.insert(left_.end(), list.begin(), list.end());
+    list.clear();
   }
   for (JointBody& body : bodies_) {
     if (!body.is_movable()) continue;

@@ -40,6 +40,9 @@ class JointStep {
   /// inverse of its tensor, world.
   void SetTensors(EntityRow row, const Matrix3& axes, const Matrix3& inverse_tensor);
 
+  /// Tells what torques of the substep add to the spin (rad/s) of a body that joints hold.
+  void Kick(EntityRow row, const Vector3& spin) { bodies_[body_of_[Index(row)]].angular_kick = spin; }
+
   /// The body as joints hold it in this substep, or null.
   const JointBody* Find(EntityRow row) const;
 
@@ -56,6 +59,10 @@ class JointStep {
   std::span<JointRow> Solve(Solver solver, double h, std::span<const EntityRow> moving, const ContactBuffer& contacts,
                             std::vector<JointRow>& rows);
   void TakeLeft(std::vector<JointRow>& rows) const;
+
+  /// Solves an island (by its number) again without making up for errors, which gives no energy: its bodies and `rows`
+  /// get what this comes to. False: that solve left it to the engine, or the numbers do not suffice.
+  bool SolveQuietly(uint32_t island, std::vector<JointRow>& rows);
 
   /// Which bodies that solve held together.
   const Islands& islands() const { return islands_; }
@@ -115,7 +122,8 @@ class JointStep {
   std::vector<InertiaScale> scales_;
   Islands islands_;
   RowSolver solver_;
-  std::vector<std::vector<uint32_t>> by_island_;  // rows, by island
+  std::vector<std::vector<uint32_t>> by_island_;  // rows, by island; none of one that is left to the engine
+  std::vector<double> targets_;                   // scratch
   std::vector<JointRow> left_rows_;
   std::vector<uint32_t> left_;  // in rows
 };

@@ -90,7 +90,7 @@ void Put(ByteWriter& out, const LastTouch& value) {
 
 void Put(ByteWriter& out, const HalfStep& value) {
   const auto& [restarts, in_flight, has_past, since_restart, velocity, momentum, steady_kick, steady_twist,
-               held_velocity, held_momentum, held_rate] = value;
+               held_velocity, held_momentum, held_rate, peak, unearned] = value;
   out.Put(restarts);
   out.Put(in_flight);
   out.Put(has_past);

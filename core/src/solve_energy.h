@@ -12,6 +12,7 @@ struct SolveEnergy {
   double allowed = 0;          // by so much it may grow
   bool is_open = false;        // something moves it that no solve moves
   bool is_restrained = false;  // by part < 1
+  bool is_quiet = false;       // part of the way there from a solve that makes up for no errors
   double part = 1;
 
   /// Finds the largest part of the solve that gives no more than is allowed. Taking none gives nothing, so that there

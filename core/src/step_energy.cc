@@ -1,7 +1,8 @@
 // A solve of joints shall give no energy that nobody put in. The impulses of joints and resting contacts take energy;
 // where light bodies between heavy ones turn far in a step, what makes up for errors could give more of it from step to
-// step, until nothing is left of the scene. There a solve is taken in part: momentum stays as it is, forces stay within
-// their cones, and errors wait.
+// step, until nothing is left of the scene. There what the layer solves itself is solved again without making up for
+// errors, which gives nothing, and velocities take a part of the difference. What an engine solved, contacts with it,
+// is taken in part as it is: momentum stays as it is, forces stay within their cones, and errors wait.
 #include <algorithm>
 
 #include "free_rotation.h"
@@ -60,20 +61,25 @@ void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEner
 
 void StepRun::RestrainJointed(double h, std::vector<JointRow>& rows) {
   if (rows.empty()) return;
-  const Islands& islands = joints_.islands();
-  std::vector<SolveEnergy> energies(islands.islands().size());
+  std::vector<SolveEnergy> energies(joints_.islands().islands().size());
   FindEnergies(rows, energies);
-  bool is_any = false;
-  for (SolveEnergy& energy : energies) {
-    energy.Restrain();
-    is_any = is_any || energy.is_restrained;
+  for (SolveEnergy& energy : energies) energy.Restrain();
+  if (std::ranges::none_of(energies, &SolveEnergy::is_restrained)) return;
+  std::vector<double> impulses(rows.size());
+  for (size_t i = 0; i < rows.size(); ++i) {
+    impulses[i] = rows[i].impulse;
+    rows[i].impulse = 0;
   }
-  if (!is_any) return;
+  GoQuietly(rows, energies);
+  TakeParts(h, energies);
+  const Islands& islands = joints_.islands();
   const auto part_of = [&](EntityRow a, EntityRow b) {
     const uint32_t island = islands.IslandOf(a, b);
     return island != Islands::kNone ? energies[island].part : 1;
   };
-  for (JointRow& row : rows) row.impulse *= part_of(row.a, row.b);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    rows[i].impulse += part_of(rows[i].a, rows[i].b) * (impulses[i] - rows[i].impulse);
+  }
   for (const ContactPair& pair : world_.contacts_.pairs) {
     const double part = part_of(pair.entity_a, pair.entity_b);
     for (uint32_t i = pair.first_point; part < 1 && i < pair.first_point + pair.point_count; ++i) {
@@ -81,28 +87,64 @@ void StepRun::RestrainJointed(double h, std::vector<JointRow>& rows) {
       world_.contacts_.points[i].friction_impulse *= part;
     }
   }
-  std::vector<EntityRow> moved;
-  for (const Mover& mover : movers_) {
-    const uint32_t island = islands.IslandOf(mover.row);
-    if (island == Islands::kNone || !energies[island].is_restrained) continue;
-    TakePart(mover, h, energies[island].part);
-    moved.push_back(mover.row);
-  }
-  world_.engine_->WriteState(moved, state_);
 }
 
-// Goes from the start of the substep again.
-void StepRun::TakePart(const Mover& mover, double h, double part) {
-  const auto linear = state_.linear_velocities.col(Index(mover.row));
-  const auto angular = state_.angular_velocities.col(Index(mover.row));
-  const Vector3 velocity = mover.linear_given + part * (linear - mover.linear_given);
-  const Vector3 spin = mover.spin_given + part * (angular - mover.spin_given);
-  state_.linear_velocities.col(Index(mover.row)) = velocity;
-  state_.angular_velocities.col(Index(mover.row)) = spin;
-  const Vector3& center = world_.scene_.entities[Index(mover.row)]->mass.center_of_mass;
-  Pose pose{mover.start.Transform(center) + h * velocity, Turned(mover.start.orientation, spin, h)};
-  pose.position -= pose.orientation * center;
-  state_.set_pose(mover.row, pose);
+// From what solves without making up for errors give, on to what was solved.
+void StepRun::GoQuietly(std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies) {
+  for (uint32_t i = 0; i < energies.size(); ++i) {
+    SolveEnergy& energy = energies[i];
+    if (!energy.is_restrained || !joints_.SolveQuietly(i, rows)) continue;
+    energy = {.allowed = energy.allowed, .is_restrained = true, .is_quiet = true};
+  }
+  for (const Mover& mover : movers_) {
+    const uint32_t island = joints_.islands().IslandOf(mover.row);
+    const JointBody* const found = joints_.Find(mover.row);
+    if (island == Islands::kNone || !energies[island].is_quiet || found == nullptr) continue;
+    const JointBody& quiet = *found;
+    SolveEnergy& energy = energies[island];
+    const double mass = world_.scene_.entities[Index(mover.row)]->mass.mass;
+    const Vector3 first = quiet.linear_velocity - mover.linear_given;
+    const Vector3 first_turn = quiet.angular_velocity - mover.spin_given;
+    const Vector3 rest = state_.linear_velocities.col(Index(mover.row)) - quiet.linear_velocity;
+    const Vector3 rest_turn = state_.angular_velocities.col(Index(mover.row)) - quiet.angular_velocity;
+    energy.allowed -= mass * first.dot(mover.linear_given + first / 2) +
+                      first_turn.dot(mover.tensor * (mover.spin_given + first_turn / 2));
+    energy.first += mass * quiet.linear_velocity.dot(rest) + quiet.angular_velocity.dot(mover.tensor * rest_turn);
+    energy.second += (mass * rest.squaredNorm() + Square(mover.tensor, rest_turn)) / 2;
+  }
+  for (SolveEnergy& energy : energies) {
+    if (!energy.is_quiet) continue;
+    energy.allowed = std::max(energy.allowed, 0.0);
+    energy.Restrain();
+  }
+}
+
+// What a part is taken of goes from the start of the substep again. Where joints hold in any case it stays where it
+// went: errors are made up for by all of it, in no velocity.
+void StepRun::TakeParts(double h, std::span<const SolveEnergy> energies) {
+  std::vector<EntityRow> moved;
+  for (const Mover& mover : movers_) {
+    const uint32_t island = joints_.islands().IslandOf(mover.row);
+    if (island == Islands::kNone || !energies[island].is_restrained) continue;
+    const double part = energies[island].part;
+    auto linear = state_.linear_velocities.col(Index(mover.row));
+    auto angular = state_.angular_velocities.col(Index(mover.row));
+    moved.push_back(mover.row);
+    if (energies[island].is_quiet) {
+      const JointBody* const quiet = joints_.Find(mover.row);
+      if (quiet == nullptr) continue;
+      linear = quiet->linear_velocity + part * (linear - quiet->linear_velocity);
+      angular = quiet->angular_velocity + part * (angular - quiet->angular_velocity);
+      continue;
+    }
+    linear = mover.linear_given + part * (linear - mover.linear_given);
+    angular = mover.spin_given + part * (angular - mover.spin_given);
+    const Vector3& center = world_.scene_.entities[Index(mover.row)]->mass.center_of_mass;
+    Pose pose{mover.start.Transform(center) + h * linear, Turned(mover.start.orientation, angular, h)};
+    pose.position -= pose.orientation * center;
+    state_.set_pose(mover.row, pose);
+  }
+  world_.engine_->WriteState(moved, state_);
 }
 
 }  // namespace genphys

@@ -113,6 +113,7 @@ class StepRun {
   void TakeTensors(Mover& mover) const;
   void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
   void EndMover(Mover& mover, double h);
+  bool KeepEarned(const Mover& mover, double h, double before, double done);
   void PayReleased();
 
   // Contacts (step_contacts.cc).
@@ -132,7 +133,8 @@ class StepRun {
   void FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
   void RestrainJointed(double h, std::vector<JointRow>& rows);
   static double WorkOwed(const Mover& mover, const Vector3& turned);
-  void TakePart(const Mover& mover, double h, double part);
+  void GoQuietly(std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies);
+  void TakeParts(double h, std::span<const SolveEnergy> energies);
 
   // What is told of the step (step_report.cc).
   void FinishNetForces();

@@ -68,7 +68,6 @@ TEST_P(JointsHolding, AHangingChainCarriesAtEachJointWhatHangsBelow) {
 TEST_P(JointsHolding, ALongChainHoldsTogetherHoweverItIsSolved) {
   Proves({Claim::kJointBall, Claim::kJointHinge});
   constexpr int kLinks = 40;
-  // A joint is torn that opens by more than a link is thick.
   constexpr double kLength = 0.4, kThickness = 0.1;
   const Vector3 along(std::sin(0.5), 0, -std::cos(0.5));
   for (const Solver solver : {Solver::kAutomatic, Solver::kIterative}) {
@@ -84,13 +83,20 @@ TEST_P(JointsHolding, ALongChainHoldsTogetherHoweverItIsSolved) {
         joints.push_back(Join(*world, Between(above, id, kind, FrameAlong(Vector3::UnitY(), place))));
         above = id;
       }
+      const StateArrays& state = world->state();
+      double fastest = 0, widest = 0, gap = 0;
       for (int i = 0; i < 300; ++i) {
         Steps(*world, 1);
-        for (const JointId joint : joints) ASSERT_LE(GapOf(*world, joint), kThickness) << "step " << i;
-        // Nothing can be faster than all of the chain's height makes the end of it.
-        ASSERT_LE(world->state().linear_velocities.cwiseAbs().maxCoeff(),
-                  std::sqrt(2 * kGravity * kLinks * kLinks * kLength));
+        fastest = std::max(fastest, state.linear_velocities.colwise().norm().maxCoeff());
+        widest = std::max(widest, state.angular_velocities.colwise().norm().maxCoeff());
+        for (const JointId joint : joints) gap = std::max(gap, GapOf(*world, joint));
       }
+      // The ends of two links go straight on for a substep: round them as they turn, or, where sweeps do not see the
+      // rest of the chain, as fast as any of it goes.
+      const double speed = solver == Solver::kIterative ? fastest : widest * kLength;
+      EXPECT_LE(gap, 2 * OffCircle(speed, SubstepOf(*world), kLength));
+      // Nothing can be faster than all of the chain's height makes the end of it.
+      EXPECT_LE(fastest, std::sqrt(2 * kGravity * kLinks * kLinks * kLength));
     }
   }
 }

@@ -33,6 +33,11 @@ constexpr double ImpactDepth(double speed, double substep) { return 2e-7 + 1e-5 
 /// m: how much of the height of a flight under `gravity` is missed by who looks at the ends of steps only.
 constexpr double ApexMissed(double gravity, double step) { return gravity * step * step / 8; }
 
+/// Of the energy of what joints turn, relative: what steps that turn it by `turn` rad at most give that nothing gave
+/// it. The first is as much as the layer lets pass, see kUnearnedPart in core/src/step_kick.cc; the other is what a
+/// velocity half a step ahead on a circle is off by.
+constexpr double Unearned(double turn) { return 0.2 + turn * turn / 8; }
+
 /// m: how far who goes straight on for a step along the tangent of a circle of `radius` m, at `speed` m/s, leaves it.
 constexpr double OffCircle(double speed, double step, double radius) {
   return speed * speed * step * step / (2 * radius);

@@ -80,6 +80,8 @@ struct HalfStep {
   Vector3 held_velocity = Vector3::Zero();  // m/s still owed by contacts and joints
   Vector3 held_momentum = Vector3::Zero();  // N*m*s
   Vector3 held_rate = Vector3::Zero();      // m/s^2, by contacts and joints in the last substep
+  double peak = 0;                          // J, of its turning while joints hold it: the most that it lately had
+  double unearned = 0;                      // J, of that: what it got beyond what was done to it
 
   /// For how long (s) a solve acts on the velocity: from the middle of the last substep, of `last` seconds, to the
   /// middle of the next one, of `h` seconds.

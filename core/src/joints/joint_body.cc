@@ -2,6 +2,11 @@
 
 namespace genphys {
 
+void JointBody::Return() {
+  linear_velocity = linear_given;
+  angular_velocity = angular_given + (expected_factor / factor - 1) * angular_kick;
+}
+
 void JointBody::Foretell(double time) {
   const double angle = angular_expected.norm() * time;
   turn_ahead = Quaternion::Identity();

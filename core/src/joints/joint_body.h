@@ -19,6 +19,7 @@ struct JointBody {
   Vector3 angular_velocity = Vector3::Zero();
   Vector3 linear_given = Vector3::Zero();  // the same until the solve
   Vector3 angular_given = Vector3::Zero();
+  Vector3 angular_kick = Vector3::Zero();                     // of that, by torques of the substep
   double inverse_mass = 0;                                    // 1/kg
   Matrix3 own_inverse = Matrix3::Zero();                      // of its tensor, 1/(kg*m^2), world
   Matrix3 inverse_tensor = Matrix3::Zero();                   // the same of what joints find
@@ -38,6 +39,10 @@ struct JointBody {
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
   Vector3 BeforeAt(const Vector3& point) const { return linear_before + angular_before.cross(point - center); }
   Vector3 ExpectedAt(const Vector3& point) const { return linear_expected + angular_expected.cross(point - center); }
+
+  /// Takes back what solves gave it. Torques of the substep gave it as much as they give to what is as hard to turn as
+  /// it is by now.
+  void Return();
 
   /// Fills in where it is expected to be in `time` seconds.
   void Foretell(double time);
