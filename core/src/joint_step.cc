@@ -97,7 +97,7 @@ void JointStep::SetTensors(EntityRow row, const Matrix3& axes, const Matrix3& in
   bodies_[place].own_inverse = inverse_tensor;
 }
 
-void JointStep::Load(JointBody& body, double h, bool is_over) const {
+void JointStep::Load(JointBody& body, double h) const {
   const uint32_t row = Index(body.row);
   const SceneEntity& entity = *scene_.entities[row];
   const auto& rigid = entity.desc->rigid_body;
@@ -112,7 +112,7 @@ void JointStep::Load(JointBody& body, double h, bool is_over) const {
   body.swing = body.pulled = 0;
   body.interval = std::numeric_limits<double>::infinity();
   const bool is_dynamic = rigid && rigid->motion_type == MotionType::kDynamic;
-  if (!is_dynamic || !active_[row] || is_over) body.axes = body.pose.orientation.toRotationMatrix();
+  if (!is_dynamic || !active_[row]) body.axes = body.pose.orientation.toRotationMatrix();
   if (!is_dynamic) return;
   body.center += body.axes * entity.mass.center_of_mass;
   if (!active_[row]) return;
@@ -124,7 +124,7 @@ void JointStep::Load(JointBody& body, double h, bool is_over) const {
 void JointStep::Begin(double h) {
   const auto slot_of = [](const Held& held) { return held.slot; };
   if (!std::ranges::is_sorted(held_, {}, slot_of)) std::ranges::sort(held_, {}, slot_of);
-  for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], h, false);
+  for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], h);
   Stiffen(h);
 }
 
@@ -194,22 +194,22 @@ void JointStep::Push(JointBody& body, double h) const {
   body.Foretell(h);
 }
 
-bool JointStep::Visit(Held& held, double h, std::vector<JointRow>* rows) {
+bool JointStep::Visit(Held& held, double h) {
   const JointDesc& desc = scene_.joints[held.slot]->desc;
   const JointBody& body_a = bodies_[held.a];
   const JointBody& body_b = bodies_[held.b];
   if ((!body_a.is_movable() && !body_b.is_movable()) || !MayHold(desc)) return false;
   const JointSide a = JointSide::Now(body_a, *desc.frame_in_a), b = JointSide::Now(body_b, *desc.frame_in_b);
   expected_.clear();
-  const double trust = rows != nullptr ? std::min(TrustIn(body_a, h), TrustIn(body_b, h)) : 0;
+  const double trust = std::min(TrustIn(body_a, h), TrustIn(body_b, h));
   if (trust > 0) {
     const JointSide a_ahead = a.Ahead(), b_ahead = b.Ahead();
     RowWriter ahead(a_ahead, b_ahead, layer_.joints[held.slot], expected_);
     std::visit([&](const auto& joint) { WriteRows(joint, ahead); }, desc.kind);
   }
-  RowWriter writer(a, b, h, held.correction, layer_.joints[held.slot], rows, {expected_, trust});
+  RowWriter writer(a, b, h, held.correction, layer_.joints[held.slot], &rows_, {expected_, trust});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
-  if (rows != nullptr) held.share = h / writer.interval();
+  held.share = h / writer.interval();
   return true;
 }
 
@@ -218,7 +218,7 @@ std::vector<JointRow>& JointStep::Write(double h) {
   owners_.clear();
   for (size_t i = 1; i < bodies_.size(); ++i) Push(bodies_[i], h);
   for (uint32_t i = 0; i < held_.size(); ++i) {
-    if (!Visit(held_[i], h, &rows_)) continue;
+    if (!Visit(held_[i], h)) continue;
     held_[i].was_held = true;
     owners_.resize(rows_.size(), i);
   }
@@ -347,13 +347,11 @@ void JointStep::Take(double h) {
 
 std::vector<JointId> JointStep::Finish(double step_size) {
   std::vector<JointId> broken;
-  for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], step_size, true);
   for (Held& held : held_) {
     if (!held.was_held) continue;
     JointState& joint = layer_.joints[held.slot];
     joint.force = held.force / step_size;
     joint.torque = held.torque / step_size;
-    Visit(held, step_size, nullptr);
     const SceneJoint& scene_joint = *scene_.joints[held.slot];
     const bool is_pulled = scene_joint.desc.break_force && joint.force.norm() > *scene_joint.desc.break_force;
     const bool is_twisted = scene_joint.desc.break_torque && joint.torque.norm() > *scene_joint.desc.break_torque;

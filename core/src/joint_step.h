@@ -74,7 +74,7 @@ class JointStep {
   /// Takes what that solve made of the rows. Velocities must still be those by which it moved the bodies.
   void Take(double h);
 
-  /// Notes where the joints are and what they held over `step_size` seconds; returns those that must break, ascending.
+  /// Notes what the joints held over `step_size` seconds; returns those that must break, ascending.
   std::vector<JointId> Finish(double step_size);
 
   /// Undoes all of it.
@@ -97,14 +97,13 @@ class JointStep {
   uint32_t BodyOf(const EntityRef& entity);
   ErrorCorrection CorrectionOf(const EntityRef& entity) const;
   bool MayHold(const JointDesc& desc) const;
-  // Once the step is over nobody has told the axes.
-  void Load(JointBody& body, double h, bool is_over) const;
+  void Load(JointBody& body, double h) const;
   void Stiffen(double h);
   bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
   void Push(JointBody& body, double h) const;
-  // Without `rows` the coordinates alone are noted. False: nothing that it holds can move.
-  bool Visit(Held& held, double h, std::vector<JointRow>* rows);
+  // Writes the rows of one joint. False: nothing that it holds can move.
+  bool Visit(Held& held, double h);
 
   const Scene& scene_;
   const JointIndex& index_;

@@ -6,6 +6,7 @@
 #include "genphys/world.h"
 #include "joint_step.h"
 #include "joints/check_joint.h"
+#include "joints/kinds.h"
 #include "near_pairs.h"
 
 namespace genphys {
@@ -142,6 +143,29 @@ void World::WakeJoined(const JointDesc& joint) {
   for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
     if (!entity->is_world()) WakeIslandOf(EntityRow{entity->id.index()});
   }
+}
+
+// Only who asks pays for coordinates: layer_ has the turns that count.
+JointState World::joint_state(JointId id) const {
+  const JointDesc& desc = scene_.joints[id.index()]->desc;
+  JointState state = layer_.joints[id.index()];
+  const auto body_of = [&](const EntityRef& entity) {
+    JointBody body;
+    if (entity.is_world()) return body;
+    const uint32_t row = entity.id.index();
+    body.row = EntityRow{row};
+    body.pose = state_.pose(body.row);
+    body.axes = body.pose.orientation.toRotationMatrix();
+    body.center = body.pose.Transform(scene_.entities[row]->mass.center_of_mass);
+    body.linear_velocity = state_.linear_velocities.col(row);
+    body.angular_velocity = state_.angular_velocities.col(row);
+    return body;
+  };
+  const JointBody a = body_of(desc.entity_a), b = body_of(desc.entity_b);
+  const JointSide side_a = JointSide::Now(a, *desc.frame_in_a), side_b = JointSide::Now(b, *desc.frame_in_b);
+  RowWriter writer(side_a, side_b, 0, {}, state, nullptr, {});
+  std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
+  return state;
 }
 
 // What the joint gave until now is paid: from here on it gives more or nothing.

@@ -31,7 +31,7 @@ TEST_P(JointsMachines, AWheelSagsOnItsSuspensionAndIsSteeredWhileItSpins) {
   const JointId id = Join(*world, joint);
   Steps(*world, 600);
 
-  const JointState& state = StateOf(*world, id);
+  const JointState state = StateOf(*world, id);
   const double sag = kMass * kGravity / kStiffness;
   EXPECT_NEAR(state.positions[2], -sag, kDirect * sag);
   EXPECT_NEAR(state.positions[5], kSteering, kDirect * kSteering);
@@ -124,7 +124,7 @@ TEST_P(JointsMachines, ASixDofJointHoldsWhatIsNotSetAndFreesWhatIs) {
   EXPECT_NEAR(SpinOf(*world, box).z(), spin, kDirect * spin) << "half a second of constant torque";
   Steps(*world, 90);
 
-  const JointState& state = StateOf(*world, id);
+  const JointState state = StateOf(*world, id);
   EXPECT_NEAR(state.positions[0], 0.5, kDirect * 0.5) << "at its limit";
   EXPECT_LE((PositionOf(*world, box) - Vector3(0.5, 0, 0)).norm(), kDirect);
   const Vector3 up = world->state().pose(EntityRow{box.index()}).orientation * Vector3::UnitZ();

@@ -29,7 +29,7 @@ Pose FrameAlong(const Vector3& z, const Vector3& position) {
 
 JointId Join(World& world, const JointDesc& joint) { return Do(world, CreateJoint{joint}); }
 
-const JointState& StateOf(const World& world, JointId id) { return world.layer_state().joints[id.index()]; }
+JointState StateOf(const World& world, JointId id) { return world.joint_state(id); }
 
 double GapOf(const World& world, JointId id) {
   const JointDesc& joint = world.scene().joints[id.index()]->desc;

@@ -19,7 +19,7 @@ JointDesc Between(EntityId a, EntityId b, const JointKind& kind, const Pose& fra
 Pose FrameAlong(const Vector3& z, const Vector3& position = Vector3::Zero());
 
 JointId Join(World& world, const JointDesc& joint);
-const JointState& StateOf(const World& world, JointId id);
+JointState StateOf(const World& world, JointId id);
 /// How far the origins of both frames are apart, m.
 double GapOf(const World& world, JointId id);
 

@@ -136,7 +136,7 @@ void EncodeJointColumns(const World& world, v1::Frame* out) {
   std::sort(ids.begin(), ids.end());
   EncodeColumn(ids, out->mutable_joint_ids());
   for (const JointId id : ids) {
-    const JointState& state = world.layer_state().joints[id.index()];
+    const JointState state = world.joint_state(id);
     out->scalar() == v1::SCALAR_FLOAT32 ? AppendState<float>(state, out) : AppendState<double>(state, out);
   }
 }

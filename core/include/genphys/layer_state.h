@@ -109,7 +109,7 @@ struct LayerState {
   std::vector<PendingForce> forces;  // in order of command
   std::map<EntityId, Passage> passages;
   IdAllocator joint_ids;
-  std::vector<JointState> joints;                    // by slot of the joint's id
+  std::vector<JointState> joints;                    // by slot of the joint's id: what it held, and its full turns
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
   std::vector<HalfStep> half_steps;                  // by row
   double last_substep = 0;                           // s

@@ -80,6 +80,9 @@ class World {
   uint32_t entity_count() const { return entity_count_; }
   uint32_t joint_count() const { return joint_count_; }
 
+  /// What a living joint is doing, as it is now.
+  JointState joint_state(JointId id) const;
+
   /// What was recorded since the last call, in canonical order; the caller keeps it.
   std::vector<Event> TakeEvents();
 

@@ -17,7 +17,10 @@ void WriteRows(const BallJoint& joint, RowWriter& writer) {
   const bool is_twist_locked = joint.twist.lower && joint.twist.upper && *joint.twist.lower >= *joint.twist.upper;
   if (writer.is_foretelling() && !is_twist_locked) return;
   const bool is_free = !joint.swing_max && !joint.twist.lower && !joint.twist.upper;
-  if (!writer.is_noting() && is_free) return;
+  // The turn about z that is left when the shortest turn that swings z is taken away.
+  const Quaternion turn = writer.Turn();
+  const double twisted = 2 * std::atan2(turn.z(), turn.w());
+  if (!writer.is_noting() && is_free) return writer.CountTurns(5, twisted);
   const Vector3 z_a = writer.a().axis(2), z_b = writer.b().axis(2);
   const Vector3 across = z_a.cross(z_b);
   const double sine = across.norm(), cosine = z_a.dot(z_b);
@@ -27,9 +30,7 @@ void WriteRows(const BallJoint& joint, RowWriter& writer) {
   cone.limits.upper = joint.swing_max;
   writer.Drive(swing, cone);
 
-  // The turn about z that is left when the shortest turn that swings z is taken away.
-  const Quaternion turn = writer.Turn();
-  Coordinate twist{.place = 5, .axis = z_a, .position = 2 * std::atan2(turn.z(), turn.w())};
+  Coordinate twist{.place = 5, .axis = z_a, .position = twisted};
   const Vector3 between = z_a + z_b;
   if (between.norm() > 1e-9) twist.axis = between.normalized();
   twist.scale = std::max(between.norm() / 2, kLeastScale);

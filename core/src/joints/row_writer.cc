@@ -170,15 +170,24 @@ void RowWriter::LockTilt() {
 void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
   const double bend = Bend(coordinate);
   if (positions_ != nullptr) return;
-  double& noted = state_.positions[coordinate.place];
-  if (coordinate.is_angular()) coordinate.position += kTurn * std::round((noted - coordinate.position) / kTurn);
-  noted = coordinate.position;
-  state_.rates[coordinate.place] = RateOf(coordinate, false);
-  if (rows_ == nullptr) return;
+  if (coordinate.is_angular()) {
+    CountTurns(coordinate.place, coordinate.position);
+    coordinate.position = state_.positions[coordinate.place];
+  }
+  if (is_noting()) {
+    state_.positions[coordinate.place] = coordinate.position;
+    state_.rates[coordinate.place] = RateOf(coordinate, false);
+    return;
+  }
   WriteLimits(coordinate, axis.limits, bend);
   if (axis.motor) WriteMotor(coordinate, *axis.motor, axis.limits);
   if (!axis.spring) return;
   WriteSoft(coordinate, axis.spring->stiffness, axis.spring->damping, axis.spring->rest, 0, JointRow::kUnbounded);
+}
+
+void RowWriter::CountTurns(size_t place, double position) {
+  double& noted = state_.positions[place];
+  noted = position + kTurn * std::round((noted - position) / kTurn);
 }
 
 void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend) {
@@ -250,8 +259,10 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
 void RowWriter::LockGear(double ratio) {
   if (positions_ != nullptr) return;
   const Vector3 axis_a = -ratio * a_.axis(2), axis_b = b_.axis(2);
-  state_.rates[5] = axis_a.dot(a_.body->angular_velocity) + axis_b.dot(b_.body->angular_velocity);
-  if (rows_ == nullptr) return;
+  if (is_noting()) {
+    state_.rates[5] = axis_a.dot(a_.body->angular_velocity) + axis_b.dot(b_.body->angular_velocity);
+    return;
+  }
   JointRow& row = Add({.place = 5});
   row.kind = JointRow::Kind::kGeared;
   row.axis = axis_a;

@@ -35,7 +35,7 @@ struct Foresight {
 /// Berendsen, J. Comput. Phys. 23, 1977).
 class RowWriter {
  public:
-  /// Without `rows` the coordinates alone are noted in `state`.
+  /// Without `rows` the coordinates alone are noted in `state`; with them, what it takes to count full turns.
   RowWriter(const JointSide& a, const JointSide& b, double step_size, const ErrorCorrection& correction,
             JointState& state, std::vector<JointRow>* rows, const Foresight& expected)
       : a_(a), b_(b), step_size_(step_size), correction_(correction), state_(state), rows_(rows), expected_(expected) {}
@@ -72,6 +72,8 @@ class RowWriter {
   void Lock(const Coordinate& coordinate);
   /// Leaves the coordinate free but for what `axis` says, and notes it. Full turns are counted.
   void Drive(Coordinate coordinate, const JointAxis& axis);
+  /// Counts the turns of the coordinate, which nothing drives.
+  void CountTurns(size_t place, double position);
   /// Ties both spins.
   void LockGear(double ratio);
 

@@ -234,7 +234,7 @@ Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsReque
       break;
     }
     EncodeJoint(ids[i], world_->scene().joints[ids[i].index()]->desc, response.add_joints());
-    EncodeJointState(ids[i], world_->layer_state().joints[ids[i].index()], response.add_states());
+    EncodeJointState(ids[i], world_->joint_state(ids[i]), response.add_states());
   }
   stamp().Encode(response.mutable_stamp());
   response.set_last_sequence(events_->last_sequence());
