@@ -13,6 +13,10 @@ namespace {
 constexpr int kSurprisesMax = 3;
 // A pull that is no more than so many times what was expected is none.
 constexpr double kSurprise = kUnforeseenSwing / kResolvedSwing / 1.5;
+// What was locked, and moved apart by this part of what a body gained, and more than it may by rounding: the body was
+// jolted. m/s or rad/s.
+constexpr double kJolt = 0.5;
+constexpr double kLeastJolt = 1e-6;
 
 // How far the way of a joint over a substep of `h` seconds can be foretold, 0 to 1. Who turns far in it comes out
 // elsewhere, and where joints pull a body to and fro within it, what is foretold would only drive it.
@@ -23,6 +27,15 @@ double TrustIn(const JointBody& body, double h) {
   };
   return fade(body.angular_expected.norm() * h, kWide, kWidest) *
          fade(body.swing, kResolvedSwing / 2, kUnforeseenSwing);
+}
+
+// Of a row that makes up for no error, m/s or rad/s.
+double QuietTarget(const JointRow& row) {
+  if (row.is_driven) return row.target;
+  // A limit still ahead may be come to, which gives nothing either.
+  if (row.lower == 0) return std::min(row.target, 0.0);
+  if (row.upper == 0) return std::max(row.target, 0.0);
+  return 0;
 }
 
 }  // namespace
@@ -182,11 +195,12 @@ bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint
 }
 
 // Takes the velocities that forces have brought up meanwhile.
-void JointStep::Push(JointBody& body, double h) const {
+void JointStep::Push(JointBody& body, double h) {
   const uint32_t row = Index(body.row);
   body.linear_velocity = body.linear_given = body.linear_expected = state_.linear_velocities.col(row);
   body.angular_velocity = body.angular_given = body.angular_expected = state_.angular_velocities.col(row);
   const HalfStep& half = layer_.half_steps[row];
+  if (body.is_movable() && half.restarts) may_jolt_ = true;
   if (body.is_movable() && !half.restarts) {
     body.linear_expected += body.interval * half.held_rate;
     body.angular_expected += body.own_inverse * (half.held_momentum * (2 * body.interval / layer_.last_substep));
@@ -216,6 +230,8 @@ bool JointStep::Visit(Held& held, double h) {
 std::vector<JointRow>& JointStep::Write(double h) {
   rows_.clear();
   owners_.clear();
+  jolts_.clear();
+  may_jolt_ = false;
   for (size_t i = 1; i < bodies_.size(); ++i) Push(bodies_[i], h);
   for (uint32_t i = 0; i < held_.size(); ++i) {
     if (!Visit(held_[i], h)) continue;
@@ -223,6 +239,36 @@ std::vector<JointRow>& JointStep::Write(double h) {
     owners_.resize(rows_.size(), i);
   }
   return rows_;
+}
+
+void JointStep::FindJolts(std::span<const JointRow> rows) {
+  if (!may_jolt_) return;
+  jolts_.assign(islands_.islands().size(), {});
+  for (const JointRow& row : rows) {
+    const uint32_t island = islands_.IslandOf(row.a, row.b);
+    if (island == Islands::kNone || row.is_driven || row.lower == 0 || row.upper == 0) continue;
+    const auto body_of = [&](EntityRow side) -> const JointBody& {
+      return bodies_[side == kWorldRow ? 0 : body_of_[Index(side)]];
+    };
+    const JointBody &a = body_of(row.a), &b = body_of(row.b);
+    Jolt& jolt = jolts_[island];
+    if (row.kind == JointRow::Kind::kLinear) {
+      jolt.linear = std::max(jolt.linear, std::abs(row.axis.dot(b.BeforeAt(row.point) - a.BeforeAt(row.point))));
+    } else if (row.kind == JointRow::Kind::kAngular) {
+      jolt.angular = std::max(jolt.angular, std::abs(row.axis.dot(b.angular_before - a.angular_before)));
+    } else {
+      const double rate = row.axis_b.dot(b.angular_before) + row.axis.dot(a.angular_before);
+      jolt.angular = std::max(jolt.angular, std::abs(rate));
+    }
+  }
+}
+
+bool JointStep::IsJolted(EntityRow row, const Vector3& gained, const Vector3& turned) const {
+  const uint32_t island = jolts_.empty() ? Islands::kNone : islands_.IslandOf(row);
+  if (island == Islands::kNone) return false;
+  const Jolt& jolt = jolts_[island];
+  return jolt.linear > std::max(kLeastJolt, kJolt * gained.norm()) ||
+         jolt.angular > std::max(kLeastJolt, kJolt * turned.norm());
 }
 
 bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows) {
@@ -249,15 +295,7 @@ bool JointStep::SolveQuietly(uint32_t island, std::vector<JointRow>& rows) {
       body.inverse_tensor = body.own_inverse;
       body.Return();
     }
-    if (row.is_driven) continue;
-    // A limit still ahead may be come to, which gives nothing either.
-    if (row.lower == 0) {
-      row.target = std::min(row.target, 0.0);
-    } else if (row.upper == 0) {
-      row.target = std::max(row.target, 0.0);
-    } else {
-      row.target = 0;
-    }
+    row.target = QuietTarget(row);
   }
   const bool is_solved = solver_.Solve(island, rows, mine, body_of_, bodies_);
   for (size_t i = 0; i < mine.size(); ++i) rows[mine[i]].target = targets_[i];
@@ -270,6 +308,7 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   left_rows_.clear();
   if (rows.empty()) return rows;
   islands_.Find(state_.rows(), moving, contacts, rows);
+  FindJolts(rows);
   for (std::vector<uint32_t>& list : by_island_) list.clear();
   if (solver == Solver::kIterative) return rows;
   if (by_island_.size() < islands_.islands().size()) by_island_.resize(islands_.islands().size());

@@ -67,6 +67,10 @@ class JointStep {
   /// Which bodies that solve held together.
   const Islands& islands() const { return islands_; }
 
+  /// Whether what that solve `gained` the body (m/s) and `turned` it (rad/s) is no part of its course, because what was
+  /// to be held together did not move together.
+  bool IsJolted(EntityRow row, const Vector3& gained, const Vector3& turned) const;
+
   /// Allows each island (by its number) the energy that motors and springs gave it in that solve, and what it takes to
   /// make up for errors.
   void AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
@@ -94,6 +98,12 @@ class JointStep {
     double share = 1;                      // of the substep, to the time for which its solve acts
   };
 
+  // How fast what is locked moved apart before the forces of the substep acted.
+  struct Jolt {
+    double linear = 0;   // m/s
+    double angular = 0;  // rad/s
+  };
+
   uint32_t BodyOf(const EntityRef& entity);
   ErrorCorrection CorrectionOf(const EntityRef& entity) const;
   bool MayHold(const JointDesc& desc) const;
@@ -101,7 +111,8 @@ class JointStep {
   void Stiffen(double h);
   bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
-  void Push(JointBody& body, double h) const;
+  void FindJolts(std::span<const JointRow> rows);
+  void Push(JointBody& body, double h);
   // Writes the rows of one joint. False: nothing that it holds can move.
   bool Visit(Held& held, double h);
 
@@ -123,6 +134,8 @@ class JointStep {
   RowSolver solver_;
   std::vector<std::vector<uint32_t>> by_island_;  // rows, by island; none of one that is left to the engine
   std::vector<double> targets_;                   // scratch
+  bool may_jolt_ = false;                         // a body begins anew, perhaps as others do not move
+  std::vector<Jolt> jolts_;                       // by island, or none
   std::vector<JointRow> left_rows_;
   std::vector<uint32_t> left_;  // in rows
 };

@@ -181,7 +181,8 @@ void StepRun::EndMover(Mover& mover, double h) {
   const Vector3 rate = gained / interval;
   // What a joint gives when it begins is part of its course, and is known only then.
   const bool begins = !half.has_past && scratch_.jointed[mover.row];
-  if (!begins && IsBlow(half, rate, outside)) {
+  const Vector3 spun = state_.angular_velocities.col(row);
+  if ((!begins && IsBlow(half, rate, outside)) || joints_.IsJolted(mover.row, gained, spun - mover.spin_given)) {
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
   } else {
@@ -193,7 +194,6 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.restarts = false;
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
-  const Vector3 spun = state_.angular_velocities.col(row);
   const double before = mover.momentum.dot(mover.inverse_tensor * mover.momentum) / 2;
   const double done = turned.dot(mover.spin_given + spun) / 2;
   TakeTensors(mover);
