@@ -302,6 +302,34 @@ bool JointStep::SolveQuietly(uint32_t island, std::vector<JointRow>& rows) {
   return is_solved;
 }
 
+void JointStep::BoundWaits(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
+  struct Errors {
+    double wait = 0;  // m or rad per second of a substep
+    double made = 0;
+  };
+  // By island, along and about.
+  std::vector<std::array<Errors, 2>> errors(energies.size());
+  for (const JointRow& row : rows) {
+    const uint32_t island = islands_.IslandOf(row.a, row.b);
+    if (island == Islands::kNone || !energies[island].is_quiet) continue;
+    const bool is_linear = row.kind == JointRow::Kind::kLinear;
+    auto& [wait, made] = errors[island][is_linear ? 0 : 1];
+    wait = std::max(wait, std::abs(row.target - QuietTarget(row)));
+    double bend = 0;
+    for (const EntityRow side : {row.a, row.b}) {
+      if (side == kWorldRow) continue;
+      const JointBody& body = bodies_[body_of_[Index(side)]];
+      bend += body.angular_given.squaredNorm() * (is_linear ? (row.point - body.center).norm() : 1) * h / 2;
+    }
+    made = std::max(made, bend);
+  }
+  for (size_t island = 0; island < errors.size(); ++island) {
+    for (const auto& [wait, made] : errors[island]) {
+      if (wait > made) energies[island].way = std::max(energies[island].way, 1 - made / wait);
+    }
+  }
+}
+
 std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const EntityRow> moving,
                                      const ContactBuffer& contacts, std::vector<JointRow>& rows) {
   left_.clear();

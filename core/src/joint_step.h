@@ -63,6 +63,9 @@ class JointStep {
   /// Solves an island (by its number) again without making up for errors, which gives no energy: its bodies and `rows`
   /// get what this comes to. False: that solve left it to the engine, or the numbers do not suffice.
   bool SolveQuietly(uint32_t island, std::vector<JointRow>& rows);
+  /// Says which part of the way from there to the solve at least bodies must go, so that no more of an error is left to
+  /// wait than who turns as these do makes in one substep.
+  void BoundWaits(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
 
   /// Which bodies that solve held together.
   const Islands& islands() const { return islands_; }

@@ -14,6 +14,7 @@ struct SolveEnergy {
   bool is_restrained = false;  // by part < 1
   bool is_quiet = false;       // part of the way there from a solve that makes up for no errors
   double part = 1;
+  double way = 1;  // the same of places, if that is more
 
   /// Finds the largest part of the solve that gives no more than is allowed. Taking none gives nothing, so that there
   /// is one.

@@ -15,11 +15,9 @@ namespace {
 constexpr uint8_t kRestartPause = 8;
 // rad in a substep: a body that joints turn farther has no momentum that says how it turns.
 constexpr double kResolvedTurn = 0.7;
-// What a body that joints turn may get of energy that nothing gave it, of the most that it lately had, and how long (s)
-// that is remembered. Of 4,000 random free chains 1 % comes to more than 1.014 times its energy then, and none to more
-// than 1.2 times but what turns by radians in a substep. With half as much, or 1 s, random pendulums of three links
-// that swing for 5 s at 240 steps per second lose a third more, or a tenth, by what is taken from them.
-constexpr double kUnearnedPart = 0.2;
+// s, for which it counts how much energy a body that joints turn lately had. With 1 s, or with half of kUnearnedPart,
+// random pendulums of three links that swing for 5 s at 240 steps per second lose a tenth, or a third, more by what is
+// taken from them.
 constexpr double kPeakFades = 10;
 // Accelerations that differ by less than this part of the larger one are the same.
 constexpr double kSameForce = 1e-12;
@@ -194,16 +192,10 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.restarts = false;
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
-  const double before = mover.momentum.dot(mover.inverse_tensor * mover.momentum) / 2;
-  const double done = turned.dot(mover.spin_given + spun) / 2;
-  TakeTensors(mover);
   if (scratch_.jointed[mover.row]) {
-    const bool gained_too_much = !KeepEarned(mover, h, before, done);
-    // Steps cannot follow how that goes on.
-    if (gained_too_much || spun.norm() * h > kResolvedTurn) {
-      half.held_velocity.setZero();
-      half.held_momentum.setZero();
-    }
+    KeepEarned(mover, h, turned);
+  } else {
+    TakeTensors(mover);
   }
   // What pushes it out of an overlap is in no velocity.
   if (traits.may_sleep && half.velocity.squaredNorm() <= traits.rest_speed * traits.rest_speed) {
@@ -219,21 +211,28 @@ void StepRun::EndMover(Mover& mover, double h) {
   state_.angular_velocities.col(row) = Limited(spin, traits.angular_speed_max);
 }
 
-// Free, a body keeps the energy (J) that it had `before` it turned. What joints turn otherwise than it would go by
-// itself gets some beyond what they did to it, `done`, or loses some: as much to and fro while steps resolve the
-// motion, and ever more while they do not. Takes what is too much; false if it was.
-bool StepRun::KeepEarned(const Mover& mover, double h, double before, double done) {
+// Free, a body keeps the energy that it had before it turned. What joints turn otherwise than it would go by itself
+// gets some beyond what they did to it while they `turned` it, or loses some: as much to and fro while steps resolve
+// the motion, and ever more while they do not. Takes what is too much, and the tensors at the new pose.
+void StepRun::KeepEarned(Mover& mover, double h, const Vector3& turned) {
   HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+  const Vector3 spun = state_.angular_velocities.col(Index(mover.row));
+  const double before = mover.momentum.dot(mover.inverse_tensor * mover.momentum) / 2;
+  const double done = turned.dot(mover.spin_given + spun) / 2;
+  TakeTensors(mover);
   const double after = half.momentum.dot(mover.inverse_tensor * half.momentum) / 2;
   const double gain = after - before - done;
-  half.peak = std::max({half.peak * std::exp(-h / kPeakFades), before, after});
+  half.peak = std::max({half.peak * std::max(1 - h / kPeakFades, 0.0), before, after});
   const double most = kUnearnedPart * half.peak;
   // What it got while it had more is not asked back.
   const double excess = std::min(half.unearned + gain - most, gain);
   half.unearned = std::max(half.unearned + gain - std::max(excess, 0.0), -most);
-  if (!(excess > 0)) return true;
-  half.momentum *= std::sqrt(std::max(1 - excess / after, 0.0));
-  return false;
+  if (excess > 0) half.momentum *= std::sqrt(std::max(1 - excess / after, 0.0));
+  // Steps cannot follow how that goes on.
+  if (excess > 0 || spun.norm() * h > kResolvedTurn) {
+    half.held_velocity.setZero();
+    half.held_momentum.setZero();
+  }
 }
 
 // Whoever nothing touches or holds any more is paid what contacts and joints owed; it is shown already.

@@ -113,7 +113,7 @@ class StepRun {
   void TakeTensors(Mover& mover) const;
   void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
   void EndMover(Mover& mover, double h);
-  bool KeepEarned(const Mover& mover, double h, double before, double done);
+  void KeepEarned(Mover& mover, double h, const Vector3& turned);
   void PayReleased();
 
   // Contacts (step_contacts.cc).

@@ -1,5 +1,6 @@
 #pragma once
 #include "genphys/contact.h"
+#include "genphys/layer_state.h"
 
 // What methods are predicted to be off by, or promised to be off by at most. A test allows at most twice of what it
 // takes from here. Steps are those of solves: see SubstepOf().
@@ -34,13 +35,17 @@ constexpr double ImpactDepth(double speed, double substep) { return 2e-7 + 1e-5 
 constexpr double ApexMissed(double gravity, double step) { return gravity * step * step / 8; }
 
 /// Of the energy of what joints turn, relative: what steps that turn it by `turn` rad at most give that nothing gave
-/// it. The first is as much as the layer lets pass, see kUnearnedPart in core/src/step_kick.cc; the other is what a
-/// velocity half a step ahead on a circle is off by.
-constexpr double Unearned(double turn) { return 0.2 + turn * turn / 8; }
+/// it. The first is as much as the layer lets pass; the other is what a velocity half a step ahead on a circle is off
+/// by.
+constexpr double Unearned(double turn) { return kUnearnedPart + turn * turn / 8; }
 
 /// m: how far who goes straight on for a step along the tangent of a circle of `radius` m, at `speed` m/s, leaves it.
 constexpr double OffCircle(double speed, double step, double radius) {
   return speed * speed * step * step / (2 * radius);
 }
+
+/// m: how far a joint opens at `reach` m from what it holds while that turns by `turn` rad in a substep at most: as far
+/// as the way that was foretold leaves the circle, as the way that was gone does, and as much again that may wait.
+constexpr double Opened(double turn, double reach) { return 3 * OffCircle(turn * reach, 1, reach); }
 
 }  // namespace genphys::testing

@@ -64,6 +64,10 @@ struct Passage {
   uint32_t steps_left = 0;  // zero: it is there and has still to be stopped
 };
 
+/// Of its turning, a body that joints hold may have so much more energy than what was done to it gave it: the part of
+/// the most that it lately had. Steps that do not resolve how it turns give and take some.
+inline constexpr double kUnearnedPart = 0.2;
+
 /// What the leapfrog keeps of a moving body beside its columns, which show the true velocity at the step boundary. An
 /// engine moves bodies with the velocity of the middle of a substep; the second half of what acted in it is still owed
 /// to that velocity then. What acts from outside is paid when the next substep begins. What contacts and joints gave is
