@@ -1,6 +1,8 @@
 #include "joint_step.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "free_rotation.h"
 #include "joints/inertia_factor.h"
