@@ -113,11 +113,22 @@ class JointStep {
   void Load(JointBody& body, double h) const;
   void Stiffen(double h);
   bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
+  const JointBody& BodyAt(EntityRow side) const;
+  // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns.
+  double BendAt(const JointRow& row, double h) const;
+  // Whether what was foretold of an island is not what its solve makes up for.
+  bool IsAstray(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const;
+  // Aims the rows of an island at where the velocities of its last solve lead, and takes these back.
+  void Aim(std::span<const uint32_t> mine, double h, std::vector<JointRow>& rows);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
   void FindJolts(std::span<const JointRow> rows);
   void Push(JointBody& body, double h);
-  // Writes the rows of one joint. False: nothing that it holds can move.
-  bool Visit(Held& held, double h);
+  // How far the way of a joint over a substep of `h` seconds can be foretold, 0 to 1. Who turns far in it comes out
+  // elsewhere.
+  double TrustInTurns(const Held& held, double h) const;
+  double TrustInPulls(const Held& held) const;
+  // Appends the rows of one joint, aimed at where its bodies are expected to be as far (0 to 1) as that can be trusted.
+  void WriteRowsOf(Held& held, double h, double trust, std::vector<JointRow>& rows);
 
   const Scene& scene_;
   const JointIndex& index_;
@@ -137,6 +148,7 @@ class JointStep {
   RowSolver solver_;
   std::vector<std::vector<uint32_t>> by_island_;  // rows, by island; none of one that is left to the engine
   std::vector<double> targets_;                   // scratch
+  std::vector<JointRow> aimed_;                   // scratch
   bool may_jolt_ = false;                         // a body begins anew, perhaps as others do not move
   std::vector<Jolt> jolts_;                       // by island, or none
   std::vector<JointRow> left_rows_;

@@ -45,8 +45,7 @@ constexpr double OffCircle(double speed, double step, double radius) {
 }
 
 /// m: how far a joint opens at `reach` m from what it holds while that turns by `turn` rad in a substep at most: as far
-/// as the way that was foretold leaves the circle, as the way that was gone does, and as much again that may wait. Not
-/// in it: a turn that only makes up for errors, where arms are short, bends the way as well.
+/// as the way that was foretold leaves the circle, as the way that was gone does, and as much again that may wait.
 constexpr double Opened(double turn, double reach) { return 3 * OffCircle(turn * reach, 1, reach); }
 
 }  // namespace genphys::testing

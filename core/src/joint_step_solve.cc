@@ -1,0 +1,265 @@
+// What solves make of the rows of joints, island by island, and what the layer makes of what they give.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "joint_step.h"
+#include "joints/inertia_factor.h"
+
+namespace genphys {
+namespace {
+
+// Each makes what was too light for the step heavier.
+constexpr int kSurprisesMax = 3;
+// A pull that is no more than so many times what was expected is none.
+constexpr double kSurprise = kUnforeseenSwing / kResolvedSwing / 1.5;
+// What was locked, and moved apart by this part of what a body gained, and more than it may by rounding: the body was
+// jolted. m/s or rad/s.
+constexpr double kJolt = 0.5;
+constexpr double kLeastJolt = 1e-6;
+// An island went astray if what it makes up for is more than so many times what turning bends a way by in a substep:
+// the bend that lies ahead is one, and an error that is larger than another one should not be, had the last one been
+// foretold. Who turns by less than this (rad) does not go far astray, and less than this (m/s or rad/s) is not far.
+constexpr double kAstray = 2;
+constexpr double kAstrayTurn = 0.2;
+constexpr double kLeastAstray = 1e-3;
+
+// Of a row that makes up for no error, m/s or rad/s.
+double QuietTarget(const JointRow& row) {
+  if (row.is_driven) return row.target;
+  // A limit still ahead may be come to, which gives nothing either.
+  if (row.lower == 0) return std::min(row.target, 0.0);
+  if (row.upper == 0) return std::max(row.target, 0.0);
+  return 0;
+}
+
+// Of a centre of mass and about it.
+struct Motion {
+  Vector3 linear = Vector3::Zero();  // m/s
+  Vector3 spin = Vector3::Zero();    // rad/s
+};
+
+// Of the row, m/s or rad/s, while its bodies move so.
+double RateOf(const JointRow& row, const JointBody& a, const Motion& of_a, const JointBody& b, const Motion& of_b) {
+  if (row.kind == JointRow::Kind::kGeared) return row.axis_b.dot(of_b.spin) + row.axis.dot(of_a.spin);
+  if (row.kind == JointRow::Kind::kAngular) return row.axis.dot(of_b.spin - of_a.spin);
+  const Vector3 at_a = of_a.linear + of_a.spin.cross(row.point - a.center);
+  return row.axis.dot(of_b.linear + of_b.spin.cross(row.point - b.center) - at_a);
+}
+
+}  // namespace
+
+const JointBody& JointStep::BodyAt(EntityRow side) const {
+  return bodies_[side == kWorldRow ? 0 : body_of_[Index(side)]];
+}
+
+// Whether bodies need more inertia under what a solve of these rows gave than it found: where a chain comes taut the
+// last substep did not tell.
+bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) {
+  for (const uint32_t moved : solver_.moved()) bodies_[moved].pull.setZero();
+  for (size_t i = 0; i < mine.size();) {
+    const JointRow& first = rows[mine[i]];
+    Vector3 impulse = Vector3::Zero();
+    for (; i < mine.size() && rows[mine[i]].b == first.b && rows[mine[i]].point == first.point; ++i) {
+      const JointRow& row = rows[mine[i]];
+      if (row.kind == JointRow::Kind::kLinear) impulse += row.impulse * row.axis;
+    }
+    for (const auto& [side, sign] : {std::pair(first.a, -1.0), std::pair(first.b, 1.0)}) {
+      if (side == kWorldRow) continue;
+      JointBody& body = bodies_[body_of_[Index(side)]];
+      if (body.is_movable()) body.pull += PullStiffness(first.point - body.center, sign / body.interval * impulse);
+    }
+  }
+  bool is_surprised = false;
+  for (const uint32_t moved : solver_.moved()) {
+    JointBody& body = bodies_[moved];
+    if (body.pull.norm() <= kSurprise * body.pulled) continue;
+    const double swing = SwingOf(body.own_inverse, body.pull, h);
+    if (!(swing > kUnforeseenSwing * body.factor)) continue;
+    body.factor = InertiaFactor(swing);
+    body.inverse_tensor = body.own_inverse / body.factor;
+    is_surprised = true;
+  }
+  return is_surprised;
+}
+
+double JointStep::BendAt(const JointRow& row, double h) const {
+  double bend = 0;
+  for (const EntityRow side : {row.a, row.b}) {
+    if (side == kWorldRow) continue;
+    const JointBody& body = BodyAt(side);
+    const double arm = row.kind == JointRow::Kind::kLinear ? (row.point - body.center).norm() : 1;
+    bend += body.angular_given.squaredNorm() * arm * h / 2;
+  }
+  return bend;
+}
+
+// What is foretold takes joints to go on as in the last substep. Where arms are short making up for an error turns a
+// body, which bends its way as well, and what is foretold for the next substep then makes the next error.
+bool JointStep::IsAstray(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const {
+  const auto turns = [&](uint32_t moved) { return bodies_[moved].angular_given.norm() * h > kAstrayTurn; };
+  if (std::ranges::none_of(solver_.moved(), turns)) return false;
+  return std::ranges::any_of(mine, [&](uint32_t i) {
+    return std::abs(rows[i].target - QuietTarget(rows[i])) > kAstray * BendAt(rows[i], h) + kLeastAstray;
+  });
+}
+
+void JointStep::Aim(std::span<const uint32_t> mine, double h, std::vector<JointRow>& rows) {
+  for (const uint32_t moved : solver_.moved()) {
+    JointBody& body = bodies_[moved];
+    body.linear_expected = body.linear_velocity;
+    body.angular_expected = body.angular_velocity;
+    body.Foretell(h);
+    body.Return();
+  }
+  // Behind the rows of joints are others, which foretell nothing.
+  for (size_t i = 0; i < mine.size() && mine[i] < owners_.size();) {
+    const uint32_t owner = owners_[mine[i]];
+    Held& held = held_[owner];
+    aimed_.clear();
+    WriteRowsOf(held, h, TrustInTurns(held, h), aimed_);
+    for (size_t k = 0; i < mine.size() && mine[i] < owners_.size() && owners_[mine[i]] == owner; ++i, ++k) {
+      if (k < aimed_.size() && !rows[mine[i]].is_driven) rows[mine[i]].target = aimed_[k].target;
+    }
+  }
+}
+
+bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows) {
+  const std::vector<uint32_t>& mine = by_island_[island];
+  for (int surprises = 0;; ++surprises) {
+    if (!solver_.Solve(island, rows, mine, body_of_, bodies_)) return false;
+    if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) break;
+    for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
+  }
+  if (!IsAstray(rows, mine, h)) return true;
+  Aim(mine, h, rows);
+  return solver_.Solve(island, rows, mine, body_of_, bodies_);
+}
+
+void JointStep::FindJolts(std::span<const JointRow> rows) {
+  if (!may_jolt_) return;
+  jolts_.assign(islands_.islands().size(), {});
+  for (const JointRow& row : rows) {
+    const uint32_t island = islands_.IslandOf(row.a, row.b);
+    if (island == Islands::kNone || row.is_driven || row.lower == 0 || row.upper == 0) continue;
+    const JointBody &a = BodyAt(row.a), &b = BodyAt(row.b);
+    const double rate = RateOf(row, a, {a.linear_before, a.angular_before}, b, {b.linear_before, b.angular_before});
+    Jolt& jolt = jolts_[island];
+    double& most = row.kind == JointRow::Kind::kLinear ? jolt.linear : jolt.angular;
+    most = std::max(most, std::abs(rate));
+  }
+}
+
+bool JointStep::IsJolted(EntityRow row, const Vector3& gained, const Vector3& turned) const {
+  const uint32_t island = jolts_.empty() ? Islands::kNone : islands_.IslandOf(row);
+  if (island == Islands::kNone) return false;
+  const Jolt& jolt = jolts_[island];
+  return jolt.linear > std::max(kLeastJolt, kJolt * gained.norm()) ||
+         jolt.angular > std::max(kLeastJolt, kJolt * turned.norm());
+}
+
+bool JointStep::SolveQuietly(uint32_t island, std::vector<JointRow>& rows) {
+  if (island >= by_island_.size() || by_island_[island].empty()) return false;
+  const std::vector<uint32_t>& mine = by_island_[island];
+  targets_.clear();
+  for (const uint32_t i : mine) {
+    JointRow& row = rows[i];
+    targets_.push_back(row.target);
+    for (const EntityRow side : {row.a, row.b}) {
+      if (side == kWorldRow) continue;
+      JointBody& body = bodies_[body_of_[Index(side)]];
+      if (!body.is_movable()) continue;
+      body.factor = 1;
+      body.inverse_tensor = body.own_inverse;
+      body.Return();
+    }
+    row.target = QuietTarget(row);
+  }
+  const bool is_solved = solver_.Solve(island, rows, mine, body_of_, bodies_);
+  for (size_t i = 0; i < mine.size(); ++i) rows[mine[i]].target = targets_[i];
+  return is_solved;
+}
+
+void JointStep::BoundWaits(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
+  struct Errors {
+    double wait = 0;  // m or rad per second of a substep
+    double made = 0;
+  };
+  // By island, along and about.
+  std::vector<std::array<Errors, 2>> errors(energies.size());
+  for (const JointRow& row : rows) {
+    const uint32_t island = islands_.IslandOf(row.a, row.b);
+    if (island == Islands::kNone || !energies[island].is_quiet) continue;
+    auto& [wait, made] = errors[island][row.kind == JointRow::Kind::kLinear ? 0 : 1];
+    wait = std::max(wait, std::abs(row.target - QuietTarget(row)));
+    made = std::max(made, BendAt(row, h));
+  }
+  for (size_t island = 0; island < errors.size(); ++island) {
+    for (const auto& [wait, made] : errors[island]) {
+      if (wait > made) energies[island].way = std::max(energies[island].way, 1 - made / wait);
+    }
+  }
+}
+
+std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const EntityRow> moving,
+                                     const ContactBuffer& contacts, std::vector<JointRow>& rows) {
+  left_.clear();
+  left_rows_.clear();
+  if (rows.empty()) return rows;
+  islands_.Find(state_.rows(), moving, contacts, rows);
+  FindJolts(rows);
+  for (std::vector<uint32_t>& list : by_island_) list.clear();
+  if (solver == Solver::kIterative) return rows;
+  if (by_island_.size() < islands_.islands().size()) by_island_.resize(islands_.islands().size());
+  for (uint32_t i = 0; i < rows.size(); ++i) {
+    const uint32_t island = islands_.IslandOf(rows[i].a, rows[i].b);
+    if (island == Islands::kNone || islands_.islands()[island].contacts > 0) {
+      left_.push_back(i);
+    } else {
+      by_island_[island].push_back(i);
+    }
+  }
+  for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
+    std::vector<uint32_t>& list = by_island_[island];
+    if (list.empty() || SolveIsland(island, h, rows)) continue;
+    // Of solves before one that failed.
+    for (const uint32_t i : list) rows[i].impulse = 0;
+    left_.insert(left_.end(), list.begin(), list.end());
+    list.clear();
+  }
+  for (JointBody& body : bodies_) {
+    if (!body.is_movable()) continue;
+    state_.linear_velocities.col(Index(body.row)) = body.linear_velocity;
+    state_.angular_velocities.col(Index(body.row)) = body.angular_velocity;
+  }
+  if (left_.size() == rows.size()) return rows;
+  std::sort(left_.begin(), left_.end());
+  for (const uint32_t i : left_) left_rows_.push_back(rows[i]);
+  return left_rows_;
+}
+
+void JointStep::TakeLeft(std::vector<JointRow>& rows) const {
+  for (size_t i = 0; i < left_rows_.size(); ++i) rows[left_[i]].impulse = left_rows_[i].impulse;
+}
+
+void JointStep::AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
+  const auto mean_of = [&](const JointBody& body) -> Motion {
+    if (body.row == kWorldRow) return {};
+    return {(body.linear_given + state_.linear_velocities.col(Index(body.row))) / 2,
+            (body.angular_given + state_.angular_velocities.col(Index(body.row))) / 2};
+  };
+  for (const JointRow& row : rows) {
+    const uint32_t island = islands_.IslandOf(row.a, row.b);
+    if (island == Islands::kNone) continue;
+    if (!row.is_driven) {
+      energies[island].allowed += row.repair;
+      continue;
+    }
+    // A force that does not change through the solve works along the mean of both rates.
+    const JointBody &a = BodyAt(row.a), &b = BodyAt(row.b);
+    const double rate = RateOf(row, a, mean_of(a), b, mean_of(b));
+    energies[island].allowed += std::max(row.impulse * rate, 0.0);
+  }
+}
+
+}  // namespace genphys
