@@ -4,6 +4,7 @@
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
+#include "support/tolerances.h"
 
 namespace genphys::testing {
 namespace {
@@ -32,9 +33,10 @@ Mean MeanImpulse(World& world) {
   return mean;
 }
 
-// A world whose floor is a slope of `incline` rad, which is told by what falls and not by the floor.
-std::unique_ptr<World> MakeSlope(const std::string& engine, double incline) {
-  WorldDesc desc{.engine = engine, .gravity = kGravity * Vector3(std::sin(incline), 0, -std::cos(incline))};
+// A world whose floor is a slope of `incline` rad down `along`, which is told by what falls and not by the floor.
+std::unique_ptr<World> MakeSlope(const std::string& engine, double incline, const Vector3& along = Vector3::UnitX()) {
+  const Vector3 down = std::sin(incline) * along - std::cos(incline) * Vector3::UnitZ();
+  WorldDesc desc{.engine = engine, .gravity = kGravity * down};
   desc.recorded_events.persisting_contacts = true;
   desc.default_auto_disable.enabled = false;
   return testing::MakeWorld(desc);
@@ -52,15 +54,40 @@ TEST_P(Spheres, PushTheFloorWithTheirWeight) {
 TEST_P(Spheres, AreTurnedByWhatHoldsThemOnASlope) {
   Proves({Claim::kStaticFriction});
   constexpr double kIncline = 0.2;
-  const auto world = MakeSlope(GetParam(), kIncline);
+  // Askew to whatever axes an engine may have.
+  const Vector3 along(0.8, -0.6, 0);
+  const Vector3 across(0.6, 0.8, 0);
+  const auto world = MakeSlope(GetParam(), kIncline, along);
   const EntityId ball = Add(*world, Ball({0, 0, 0.5}));
   Steps(*world, 30);
   const Mean mean = MeanImpulse(*world);
   // A ball rolls with five sevenths of what pulls it along; the floor holds back the rest.
   const double pull = kGravity * std::sin(kIncline);
-  EXPECT_NEAR(mean.friction.x() / (-2.0 / 7 * pull / 60), 1, kSwept);
-  EXPECT_NEAR(mean.friction.y(), 0, kSwept * pull / 60);
-  EXPECT_NEAR(VelocityOf(*world, ball).x() / (5.0 / 7 * pull * 1.5), 1, kSwept);
+  EXPECT_NEAR(mean.friction.dot(along) / (-2.0 / 7 * pull / 60), 1, kSwept);
+  EXPECT_NEAR(mean.friction.dot(across), 0, kSwept * pull / 60);
+  EXPECT_NEAR(VelocityOf(*world, ball).dot(along) / (5.0 / 7 * pull * 1.5), 1, kSwept);
+}
+
+TEST_P(Spheres, TouchAcrossTheGapOfATouchAndNoWiderOne) {
+  const Vector3 along = Vector3(2, -1, 2) / 3;
+  for (const double gap : {kTouch / 2, 2 * kTouch}) {
+    SCOPED_TRACE(gap);
+    const auto world = testing::MakeWorld({.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = true});
+    Add(*world, Ball({0, 0, 0.5 + gap}));
+    Add(*world, Ball({0, 0, 5}));
+    Add(*world, Ball(Vector3(0, 0, 5) + (1 + gap) * along));
+    Steps(*world, 1);
+    const auto began = Of<ContactBegan>(world->TakeEvents());
+    ASSERT_EQ(began.size(), gap < kTouch ? 2 : 0);
+    // Nobody pulls, so that nobody moves. Each is told half-way between the surfaces.
+    for (const ContactBegan& contact : began) {
+      const bool is_floor = &contact == &began[0];
+      const Vector3 half_way = is_floor ? Vector3(0, 0, gap / 2) : Vector3(Vector3(0, 0, 5) + (1 + gap) / 2 * along);
+      ASSERT_EQ(contact.points.size(), 1);
+      EXPECT_LE((contact.points[0].position - half_way).norm(), 10 * kRounded);
+      EXPECT_NEAR(contact.points[0].depth, -gap, 10 * kRounded);
+    }
+  }
 }
 
 TEST_P(Spheres, CloseAGapAndNoMore) {
