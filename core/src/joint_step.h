@@ -60,6 +60,8 @@ class JointStep {
                             std::vector<JointRow>& rows);
   void TakeLeft(std::vector<JointRow>& rows) const;
 
+  /// What a row shall be, m/s or rad/s, where it makes up for no error.
+  static double QuietTarget(const JointRow& row);
   /// Solves an island (by its number) again without making up for errors, which gives no energy: its bodies and `rows`
   /// get what this comes to. False: that solve left it to the engine, or the numbers do not suffice.
   bool SolveQuietly(uint32_t island, std::vector<JointRow>& rows);

@@ -24,15 +24,6 @@ constexpr double kAstray = 2;
 constexpr double kAstrayTurn = 0.2;
 constexpr double kLeastAstray = 1e-3;
 
-// Of a row that makes up for no error, m/s or rad/s.
-double QuietTarget(const JointRow& row) {
-  if (row.is_driven) return row.target;
-  // A limit still ahead may be come to, which gives nothing either.
-  if (row.lower == 0) return std::min(row.target, 0.0);
-  if (row.upper == 0) return std::max(row.target, 0.0);
-  return 0;
-}
-
 // Of a centre of mass and about it.
 struct Motion {
   Vector3 linear = Vector3::Zero();  // m/s
@@ -48,6 +39,14 @@ double RateOf(const JointRow& row, const JointBody& a, const Motion& of_a, const
 }
 
 }  // namespace
+
+double JointStep::QuietTarget(const JointRow& row) {
+  if (row.is_driven) return row.target;
+  // A limit still ahead may be come to, which gives nothing either.
+  if (row.lower == 0) return std::min(row.target, 0.0);
+  if (row.upper == 0) return std::max(row.target, 0.0);
+  return 0;
+}
 
 const JointBody& JointStep::BodyAt(EntityRow side) const {
   return bodies_[side == kWorldRow ? 0 : body_of_[Index(side)]];
@@ -189,7 +188,7 @@ void JointStep::BoundWaits(double h, std::span<const JointRow> rows, std::span<S
   std::vector<std::array<Errors, 2>> errors(energies.size());
   for (const JointRow& row : rows) {
     const uint32_t island = islands_.IslandOf(row.a, row.b);
-    if (island == Islands::kNone || !energies[island].is_quiet) continue;
+    if (island == Islands::kNone || !energies[island].is_layers) continue;
     auto& [wait, made] = errors[island][row.kind == JointRow::Kind::kLinear ? 0 : 1];
     wait = std::max(wait, std::abs(row.target - QuietTarget(row)));
     made = std::max(made, BendAt(row, h));

@@ -5,16 +5,17 @@
 namespace genphys {
 
 /// Kinetic energy of an island while a part of what a solve gave to its velocities is added to them:
-/// before + part * first + part^2 * second, J.
+/// before + part * first + part^2 * second, J. Once an island is restrained, before is what another solve came to that
+/// makes up for no errors.
 struct SolveEnergy {
   double first = 0;
   double second = 0;
   double allowed = 0;          // by so much it may grow
   bool is_open = false;        // something moves it that no solve moves
   bool is_restrained = false;  // by part < 1
-  bool is_quiet = false;       // part of the way there from a solve that makes up for no errors
+  bool is_layers = false;      // the layer solved it, not the engine
   double part = 1;
-  double way = 1;  // the same of places, if that is more
+  double way = 0;  // the same of places, if that is more; of what an engine solved they take all
 
   /// Finds the largest part of the solve that gives no more than is allowed. Taking none gives nothing, so that there
   /// is one.

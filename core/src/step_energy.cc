@@ -67,85 +67,144 @@ void StepRun::RestrainJointed(double h, std::vector<JointRow>& rows) {
   FindEnergies(rows, energies);
   for (SolveEnergy& energy : energies) energy.Restrain();
   if (std::ranges::none_of(energies, &SolveEnergy::is_restrained)) return;
-  std::vector<double> impulses(rows.size());
-  for (size_t i = 0; i < rows.size(); ++i) {
-    impulses[i] = rows[i].impulse;
-    rows[i].impulse = 0;
-  }
-  GoQuietly(rows, energies);
+  const std::vector<JointRow> solved = rows;
+  const ContactBuffer solved_contacts = world_.contacts_;
+  std::vector<Restrained> bodies = RestrainedBodies(energies);
+  GoQuietly(h, rows, energies, bodies);
   joints_.BoundWaits(h, rows, energies);
-  TakeParts(h, energies);
-  const Islands& islands = joints_.islands();
-  const auto part_of = [&](EntityRow a, EntityRow b) {
-    const uint32_t island = islands.IslandOf(a, b);
-    return island != Islands::kNone ? energies[island].part : 1;
-  };
-  for (size_t i = 0; i < rows.size(); ++i) {
-    rows[i].impulse += part_of(rows[i].a, rows[i].b) * (impulses[i] - rows[i].impulse);
-  }
-  for (const ContactPair& pair : world_.contacts_.pairs) {
-    const double part = part_of(pair.entity_a, pair.entity_b);
-    for (uint32_t i = pair.first_point; part < 1 && i < pair.first_point + pair.point_count; ++i) {
-      world_.contacts_.points[i].normal_impulse *= part;
-      world_.contacts_.points[i].friction_impulse *= part;
-    }
-  }
+  TakeParts(h, energies, bodies);
+  ShareParts(solved, solved_contacts, energies, rows);
 }
 
-// From what solves without making up for errors give, on to what was solved.
-void StepRun::GoQuietly(std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies) {
-  for (uint32_t i = 0; i < energies.size(); ++i) {
-    SolveEnergy& energy = energies[i];
-    if (!energy.is_restrained || !joints_.SolveQuietly(i, rows)) continue;
-    energy = {.allowed = energy.allowed, .is_restrained = true, .is_quiet = true, .way = 0};
-  }
+std::vector<StepRun::Restrained> StepRun::RestrainedBodies(std::span<const SolveEnergy> energies) const {
+  std::vector<Restrained> bodies;
   for (const Mover& mover : movers_) {
     const uint32_t island = joints_.islands().IslandOf(mover.row);
-    const JointBody* const found = joints_.Find(mover.row);
-    if (island == Islands::kNone || !energies[island].is_quiet || found == nullptr) continue;
-    const JointBody& quiet = *found;
-    SolveEnergy& energy = energies[island];
+    if (island == Islands::kNone || !energies[island].is_restrained) continue;
+    const uint32_t row = Index(mover.row);
+    bodies.push_back({.mover = &mover,
+                      .island = island,
+                      .linear = state_.linear_velocities.col(row),
+                      .spin = state_.angular_velocities.col(row),
+                      .place = state_.pose(mover.row)});
+  }
+  return bodies;
+}
+
+// Solves without making up for errors. What is restrained from then on is the way from there to what was solved.
+void StepRun::GoQuietly(double h, std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies,
+                        std::vector<Restrained>& bodies) {
+  for (uint32_t i = 0; i < energies.size(); ++i) {
+    if (!energies[i].is_restrained) continue;
+    energies[i] = {.allowed = energies[i].allowed, .is_restrained = true};
+    energies[i].is_layers = joints_.SolveQuietly(i, rows);
+  }
+  SolveLeftQuietly(h, rows, energies, bodies);
+  for (Restrained& body : bodies) {
+    const Mover& mover = *body.mover;
+    SolveEnergy& energy = energies[body.island];
+    const JointBody* const found = energy.is_layers ? joints_.Find(mover.row) : nullptr;
+    if (found != nullptr) {
+      body.quiet_linear = found->linear_velocity;
+      body.quiet_spin = found->angular_velocity;
+    }
     const double mass = world_.scene_.entities[Index(mover.row)]->mass.mass;
-    const Vector3 first = quiet.linear_velocity - mover.linear_given;
-    const Vector3 first_turn = quiet.angular_velocity - mover.spin_given;
-    const Vector3 rest = state_.linear_velocities.col(Index(mover.row)) - quiet.linear_velocity;
-    const Vector3 rest_turn = state_.angular_velocities.col(Index(mover.row)) - quiet.angular_velocity;
+    const Vector3 first = body.quiet_linear - mover.linear_given, first_turn = body.quiet_spin - mover.spin_given;
+    const Vector3 rest = body.linear - body.quiet_linear, rest_turn = body.spin - body.quiet_spin;
     energy.allowed -= mass * first.dot(mover.linear_given + first / 2) +
                       first_turn.dot(mover.tensor * (mover.spin_given + first_turn / 2));
-    energy.first += mass * quiet.linear_velocity.dot(rest) + quiet.angular_velocity.dot(mover.tensor * rest_turn);
+    energy.first += mass * body.quiet_linear.dot(rest) + body.quiet_spin.dot(mover.tensor * rest_turn);
     energy.second += (mass * rest.squaredNorm() + Square(mover.tensor, rest_turn)) / 2;
   }
   for (SolveEnergy& energy : energies) {
-    if (!energy.is_quiet) continue;
+    if (!energy.is_restrained) continue;
     energy.allowed = std::max(energy.allowed, 0.0);
     energy.Restrain();
   }
 }
 
-// Goes from the start of the substep again.
-void StepRun::TakeParts(double h, std::span<const SolveEnergy> energies) {
+// By the engine, what is not the layer's: from where the substep began.
+void StepRun::SolveLeftQuietly(double h, std::vector<JointRow>& rows, std::span<const SolveEnergy> energies,
+                               std::vector<Restrained>& bodies) {
+  std::vector<EntityRow> left;
+  for (const Restrained& body : bodies) {
+    if (energies[body.island].is_layers) continue;
+    const EntityRow row = body.mover->row;
+    state_.set_pose(row, body.mover->start);
+    state_.linear_velocities.col(Index(row)) = body.mover->linear_given;
+    state_.angular_velocities.col(Index(row)) = body.mover->spin_given;
+    left.push_back(row);
+  }
+  if (left.empty()) return;
+  std::ranges::sort(left);
+  std::vector<JointRow> quiet;
+  std::vector<size_t> places;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const uint32_t island = joints_.islands().IslandOf(rows[i].a, rows[i].b);
+    if (island == Islands::kNone || !energies[island].is_restrained || energies[island].is_layers) continue;
+    quiet.push_back(rows[i]);
+    quiet.back().target = JointStep::QuietTarget(rows[i]);
+    quiet.back().impulse = 0;
+    places.push_back(i);
+  }
+  for (ContactPoint& point : world_.contacts_.points) {
+    point.normal_impulse = 0;
+    point.friction_impulse.setZero();
+  }
+  world_.engine_->WriteState(left, state_);
+  world_.engine_->ScaleInertia({});
+  world_.engine_->SolveAgain(h, left, state_, world_.contacts_, quiet);
+  for (size_t i = 0; i < quiet.size(); ++i) rows[places[i]].impulse = quiet[i].impulse;
+  for (Restrained& body : bodies) {
+    if (energies[body.island].is_layers) continue;
+    body.quiet_linear = state_.linear_velocities.col(Index(body.mover->row));
+    body.quiet_spin = state_.angular_velocities.col(Index(body.mover->row));
+  }
+}
+
+void StepRun::TakeParts(double h, std::span<const SolveEnergy> energies, std::span<const Restrained> bodies) {
   std::vector<EntityRow> moved;
-  for (const Mover& mover : movers_) {
-    const uint32_t island = joints_.islands().IslandOf(mover.row);
-    if (island == Islands::kNone || !energies[island].is_restrained) continue;
-    const double part = energies[island].part;
-    const JointBody* const quiet = energies[island].is_quiet ? joints_.Find(mover.row) : nullptr;
-    const Vector3 linear_from = quiet != nullptr ? quiet->linear_velocity : mover.linear_given;
-    const Vector3 spin_from = quiet != nullptr ? quiet->angular_velocity : mover.spin_given;
-    auto linear = state_.linear_velocities.col(Index(mover.row));
-    auto angular = state_.angular_velocities.col(Index(mover.row));
-    const double way = std::max(part, energies[island].way);
-    const Vector3 along = linear_from + way * (linear - linear_from);
-    const Vector3 turn = spin_from + way * (angular - spin_from);
-    linear = linear_from + part * (linear - linear_from);
-    angular = spin_from + part * (angular - spin_from);
-    const Vector3& center = world_.scene_.entities[Index(mover.row)]->mass.center_of_mass;
-    Pose pose{mover.start.Transform(center) + h * along, Turned(mover.start.orientation, turn, h)};
-    pose.position -= pose.orientation * center;
-    state_.set_pose(mover.row, pose);
+  for (const Restrained& body : bodies) {
+    const Mover& mover = *body.mover;
+    const SolveEnergy& energy = energies[body.island];
+    const Vector3 rest = body.linear - body.quiet_linear, rest_turn = body.spin - body.quiet_spin;
+    state_.linear_velocities.col(Index(mover.row)) = body.quiet_linear + energy.part * rest;
+    state_.angular_velocities.col(Index(mover.row)) = body.quiet_spin + energy.part * rest_turn;
+    Pose place = body.place;
+    if (energy.is_layers) {
+      // From the start of the substep again.
+      const double way = std::max(energy.part, energy.way);
+      const Vector3& center = world_.scene_.entities[Index(mover.row)]->mass.center_of_mass;
+      place = {mover.start.Transform(center) + h * (body.quiet_linear + way * rest),
+               Turned(mover.start.orientation, body.quiet_spin + way * rest_turn, h)};
+      place.position -= place.orientation * center;
+    }
+    state_.set_pose(mover.row, place);
     moved.push_back(mover.row);
   }
   world_.engine_->WriteState(moved, state_);
+}
+
+// The same part of impulses.
+void StepRun::ShareParts(std::span<const JointRow> solved, const ContactBuffer& solved_contacts,
+                         std::span<const SolveEnergy> energies, std::vector<JointRow>& rows) {
+  const auto part_of = [&](EntityRow a, EntityRow b) {
+    const uint32_t island = joints_.islands().IslandOf(a, b);
+    return island != Islands::kNone ? energies[island].part : 1;
+  };
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const double part = part_of(rows[i].a, rows[i].b);
+    rows[i].impulse += part * (solved[i].impulse - rows[i].impulse);
+  }
+  for (const ContactPair& pair : solved_contacts.pairs) {
+    const double part = part_of(pair.entity_a, pair.entity_b);
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      const ContactPoint& from = solved_contacts.points[i];
+      ContactPoint& point = world_.contacts_.points[i];
+      point.normal_impulse += part * (from.normal_impulse - point.normal_impulse);
+      point.friction_impulse += part * (from.friction_impulse - point.friction_impulse);
+    }
+  }
 }
 
 }  // namespace genphys

@@ -58,6 +58,17 @@ class StepRun {
     Vector3 twist = Vector3::Zero();  // N*m*s, of all those up to the middle of the substep
   };
 
+  // A mover of an island of which a part of a solve is taken.
+  struct Restrained {
+    const Mover* mover = nullptr;
+    uint32_t island = 0;
+    Vector3 linear = Vector3::Zero();  // as solved
+    Vector3 spin = Vector3::Zero();
+    Pose place;                              // to where that took it
+    Vector3 quiet_linear = Vector3::Zero();  // as solved without making up for errors
+    Vector3 quiet_spin = Vector3::Zero();
+  };
+
   // A dynamic body that nothing can meet in this step.
   struct Flyer {
     EntityRow row{};
@@ -133,8 +144,14 @@ class StepRun {
   void FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
   void RestrainJointed(double h, std::vector<JointRow>& rows);
   static double WorkOwed(const Mover& mover, const Vector3& turned);
-  void GoQuietly(std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies);
-  void TakeParts(double h, std::span<const SolveEnergy> energies);
+  std::vector<Restrained> RestrainedBodies(std::span<const SolveEnergy> energies) const;
+  void GoQuietly(double h, std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies,
+                 std::vector<Restrained>& bodies);
+  void SolveLeftQuietly(double h, std::vector<JointRow>& rows, std::span<const SolveEnergy> energies,
+                        std::vector<Restrained>& bodies);
+  void TakeParts(double h, std::span<const SolveEnergy> energies, std::span<const Restrained> bodies);
+  void ShareParts(std::span<const JointRow> solved, const ContactBuffer& solved_contacts,
+                  std::span<const SolveEnergy> energies, std::vector<JointRow>& rows);
 
   // What is told of the step (step_report.cc).
   void FinishNetForces();

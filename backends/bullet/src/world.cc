@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 
@@ -131,6 +132,13 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     SolveGroup(groups_[i], true, step_size, warm_scale, state, contacts, joint_rows);
   SolveGroup(groups_[0], false, step_size, warm_scale, state, contacts, joint_rows);
   for (const EntityRow row : rows) Move(body(row), step_size, state);
+}
+
+void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                       std::span<JointRow> joint_rows) {
+  WarmStart kept = std::exchange(warm_start_, WarmStart());
+  Solve(step_size, rows, state, contacts, joint_rows);
+  warm_start_ = std::move(kept);
 }
 
 void World::RecogniseContacts(ContactBuffer& contacts) {

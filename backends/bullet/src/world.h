@@ -30,6 +30,8 @@ class World final : public BackendWorld {
   void ScaleInertia(std::span<const InertiaScale> scales) override;
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
+  void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                  std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved, double step_size) override;
   void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
 

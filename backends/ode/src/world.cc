@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 #include "contacts.h"
 #include "library.h"
@@ -114,6 +115,13 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     SolveGroup(step_size, way, state, contacts, joint_rows);
   }
   warm_start_.End(contacts.points);
+}
+
+void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                       std::span<JointRow> joint_rows) {
+  WarmStart remembered = std::exchange(warm_start_, WarmStart());
+  Solve(step_size, rows, state, contacts, joint_rows);
+  warm_start_ = std::move(remembered);
 }
 
 // Change of velocity per impulse at a point, 1/kg, at most: whatever the direction of the push.

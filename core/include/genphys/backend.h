@@ -70,6 +70,15 @@ class BackendWorld {
   virtual void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                      std::span<JointRow> joint_rows) = 0;
 
+  /// Solves islands of the last Solve() once more, from where it began and with other targets of their joint rows: all
+  /// `rows` of these islands, which the layer brought back, and the contacts as they were. It starts from nothing, for
+  /// sweeps give no energy then, wherever they stop, and what is remembered for the next Solve() stays as the last one
+  /// left it.
+  virtual void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state,
+                          ContactBuffer& contacts, std::span<JointRow> joint_rows) {
+    Solve(step_size, rows, state, contacts, joint_rows);
+  }
+
   /// Which bodies are harder to turn in the next Solve(), and in no other; an engine without joints is given none.
   virtual void ScaleInertia(std::span<const InertiaScale> scales) { static_cast<void>(scales); }
 
