@@ -1,10 +1,10 @@
 // A solve of joints shall give no energy that nobody put in. The impulses of joints and resting contacts take energy;
 // where light bodies between heavy ones turn far in a step, what makes up for errors could give more of it from step to
-// step, until nothing is left of the scene. There errors wait: what the layer solves itself is solved again without
-// making up for them, which gives nothing, and a part of the difference is taken; of places a larger one once errors
-// are as large as a substep makes them, so that joints do not let go. (Were it always all of it in places, the crank of
-// bench/accuracy, B5, would be off by four times as much at small steps.) Of what an engine solved, contacts with it,
-// velocities take a part and places all: momentum stays as it is, and forces stay within their cones.
+// step, until nothing is left of the scene. There errors wait: the island is solved again without making up for them,
+// which gives nothing, and velocities take a part of the difference. So do places of what the layer solved; a larger
+// one once errors are as large as a substep makes them, so that joints do not let go. (Were it always all of it in
+// places, crank B5 of bench/accuracy would be off by four times as much at small steps.) Of what an engine solved
+// places take all. Both solves hold up what lies and keep forces within their cones, and so does what lies between.
 #include <algorithm>
 
 #include "free_rotation.h"
