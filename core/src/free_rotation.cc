@@ -107,11 +107,13 @@ Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double tim
 }
 
 Matrix3 WorldTensor(const Matrix3& axes, const Matrix3& tensor) {
-  const Matrix3 half = axes * tensor;
+  // Of most shapes it is diagonal.
+  const bool is_diagonal = tensor(1, 0) == 0 && tensor(2, 0) == 0 && tensor(2, 1) == 0;
+  const Matrix3 half = is_diagonal ? Matrix3(axes * tensor.diagonal().asDiagonal()) : Matrix3(axes * tensor);
+  const auto at = [&](int i, int k) { return half.row(i).dot(axes.row(k)); };
+  const double xy = at(1, 0), xz = at(2, 0), yz = at(2, 1);
   Matrix3 world;
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k <= i; ++k) world(i, k) = world(k, i) = half.row(i).dot(axes.row(k));
-  }
+  world << at(0, 0), xy, xz, xy, at(1, 1), yz, xz, yz, at(2, 2);
   return world;
 }
 

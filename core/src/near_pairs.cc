@@ -24,9 +24,7 @@ void VisitPlaced(const NearPairs::Member& member, const Pose& pose, Visit&& visi
   const Placement entity = ToPlacement(pose);
   for (size_t i = 0; i < member.geometries.size(); ++i) {
     const Geometry& geometry = member.body.geometries[i];
-    visit(member.geometries[i], geometry.shape,
-          Placement{entity.Transform(geometry.pose_in_entity.position),
-                    entity.rotation * geometry.pose_in_entity.orientation.toRotationMatrix()});
+    visit(member.geometries[i], geometry.shape, PlacedIn(entity, geometry.pose_in_entity));
   }
 }
 

@@ -16,6 +16,14 @@ struct Placement {
   }
 };
 
+/// `inner`, given in the frame of `outer`, in that in which `outer` is.
+inline Placement PlacedIn(const Placement& outer, const Pose& inner) {
+  // As most geometries are in their entity.
+  const bool is_parallel = inner.orientation.coeffs() == Quaternion::Identity().coeffs();
+  return {outer.Transform(inner.position),
+          is_parallel ? outer.rotation : Matrix3(outer.rotation * inner.orientation.toRotationMatrix())};
+}
+
 inline Placement ToPlacement(const Pose& pose) { return {pose.position, pose.orientation.toRotationMatrix()}; }
 
 }  // namespace genphys
