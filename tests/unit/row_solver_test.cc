@@ -36,12 +36,12 @@ struct Graph {
     return row;
   }
 
-  void Tie(EntityRow a, EntityRow b) {
+  void Tie(EntityRow a, EntityRow b, uint8_t block = 1, const Matrix3& axes = Matrix3::Identity()) {
     const Vector3 point = 3 * AnyVector();
     for (int i = 0; i < 3; ++i) {
-      rows.push_back(
-          {.a = a, .b = b, .axis = Vector3::Unit(i), .point = point, .target = Any(), .softness = kSoftness});
+      rows.push_back({.a = a, .b = b, .axis = axes.col(i), .point = point, .target = Any(), .softness = kSoftness});
     }
+    (rows.end() - 3)->block = block;
   }
 
   void Turn(EntityRow a, EntityRow b, double lower, double upper) {
@@ -99,6 +99,32 @@ TEST(RowSolver, GivesEveryRowOfAnyGraphItsRate) {
       all.push_back(body);
       if (graph.Any() > 0)
         graph.Turn(all[graph.dice() % (all.size() - 1)], body, -JointRow::kUnbounded, JointRow::kUnbounded);
+    }
+    ASSERT_TRUE(graph.Solve(solver));
+    graph.ExpectSolved();
+  }
+}
+
+TEST(RowSolver, GivesBlocksTheirRates) {
+  RowSolver solver;
+  for (uint32_t seed = 1; seed <= 50; ++seed) {
+    Graph graph;
+    graph.dice.seed(seed);
+    std::vector<EntityRow> all{kWorldRow};
+    for (int i = 0; i < 12; ++i) {
+      const EntityRow body = graph.Add(std::exp(3 * graph.Any()));
+      // Along the axes of the world or askew, alone between its bodies or with a row more, in a ring or not.
+      const bool is_askew = graph.Any() > 0.5;
+      const Vector3 turn = graph.AnyVector();
+      const Matrix3 axes = Quaternion(Eigen::AngleAxisd(turn.norm(), turn.normalized())).toRotationMatrix();
+      graph.Tie(all[graph.dice() % all.size()], body, 3, is_askew ? axes : Matrix3(Matrix3::Identity()));
+      if (graph.Any() > 0) graph.Turn(graph.rows.back().a, body, -0.1, 0.1);
+      if (graph.Any() > 0 && i > 2) {
+        graph.Tie(body, all[1], 3);
+        // Two of them between the same bodies say one thing twice.
+        for (size_t k = graph.rows.size() - 3; k < graph.rows.size(); ++k) graph.rows[k].softness = 0.1;
+      }
+      all.push_back(body);
     }
     ASSERT_TRUE(graph.Solve(solver));
     graph.ExpectSolved();

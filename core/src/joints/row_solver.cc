@@ -51,6 +51,7 @@ void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, s
   const auto local_at = [&](uint32_t body) { return bodies[body].is_movable() ? LocalOf(body) : RowPlan::kStill; };
   const JointRow* last = nullptr;
   uint32_t a = 0, b = 0;
+  is_bounded_ = false;
   for (size_t i = 0; i < mine.size(); ++i) {
     JointRow& row = rows[mine[i]];
     if (last == nullptr || &row != last + 1 || row.a != last->a || row.b != last->b) {
@@ -64,39 +65,89 @@ void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, s
     line.row = &row;
     line.impulse = 0;
     line.group = static_cast<uint32_t>(groups_.size() - 1);
-    LoadSides(line, a, b, bodies);
     // A limit mostly has nothing to do, and a motor all of it.
     const bool is_one_sided = row.lower == 0 || row.upper == 0;
     line.place = !is_one_sided ? Place::kInside : row.lower == 0 ? Place::kAtLower : Place::kAtUpper;
+    is_bounded_ |= row.lower != -JointRow::kUnbounded || row.upper != JointRow::kUnbounded;
   }
   changes_.resize(used_.size());
+  is_point_.assign(groups_.size(), false);
+  for (size_t i = 0; i < lines_.size();) {
+    const JointBody &side_a = bodies[body_at(lines_[i].row->a)], &side_b = bodies[body_at(lines_[i].row->b)];
+    if (IsPoint(i)) {
+      const uint32_t group = lines_[i].group;
+      is_point_[group] = groups_[group].size == 3;
+      LoadPoint(&lines_[i], side_a, side_b);
+      i += 3;
+    } else {
+      LoadSides(lines_[i++], side_a, side_b);
+    }
+  }
 }
 
-void RowSolver::LoadSides(Line& line, uint32_t a, uint32_t b, std::span<const JointBody> bodies) {
+// Whether these three lines are a block along x, y and z.
+bool RowSolver::IsPoint(size_t first) const {
+  const Line* const lines = &lines_[first];
+  return lines[0].row->block == 3 && first + 3 <= lines_.size() && lines[2].group == lines[0].group &&
+         lines[0].row->axis == Vector3::UnitX() && lines[1].row->axis == Vector3::UnitY() &&
+         lines[2].row->axis == Vector3::UnitZ();
+}
+
+// The same as LoadSides() of each, without what is zero.
+void RowSolver::LoadPoint(Line* lines, const JointBody& a, const JointBody& b) {
+  const Vector3& point = lines[0].row->point;
+  const Vector3 relative = b.VelocityAt(point) - a.VelocityAt(point);
+  for (int i = 0; i < 3; ++i) {
+    lines[i].lacking = lines[i].row->target - relative[i];
+    lines[i].diagonal = lines[i].row->softness;
+  }
+  for (const size_t side : {size_t{0}, size_t{1}}) {
+    const JointBody& body = side == 0 ? a : b;
+    if (!body.is_movable()) continue;
+    const double sign = side == 0 ? -1 : 1;
+    const Vector3 arm = sign * (point - body.center);
+    const auto load = [&](int i, int j, int k) {
+      Six &rate = lines[i].rate[side], &gain = lines[i].gain[side];
+      rate.setZero();
+      rate[i] = sign;
+      rate[3 + j] = arm[k];
+      rate[3 + k] = -arm[j];
+      gain.head<3>().setZero();
+      gain[i] = sign * body.inverse_mass;
+      gain.tail<3>() = arm[k] * body.inverse_tensor.col(j) - arm[j] * body.inverse_tensor.col(k);
+      lines[i].diagonal += body.inverse_mass + arm[k] * gain[3 + j] - arm[j] * gain[3 + k];
+    };
+    load(0, 1, 2);
+    load(1, 2, 0);
+    load(2, 0, 1);
+  }
+}
+
+void RowSolver::LoadSides(Line& line, const JointBody& a, const JointBody& b) {
   const JointRow& row = *line.row;
-  const JointBody &body_a = bodies[a], &body_b = bodies[b];
-  if (row.kind == JointRow::Kind::kLinear) {
-    line.rate[0].head<3>() = -row.axis;
-    line.rate[0].tail<3>() = row.axis.cross(row.point - body_a.center);
-    line.rate[1].head<3>() = row.axis;
-    line.rate[1].tail<3>() = (row.point - body_b.center).cross(row.axis);
-  } else {
-    const bool is_geared = row.kind == JointRow::Kind::kGeared;
-    line.rate[0].head<3>().setZero();
-    line.rate[0].tail<3>() = is_geared ? row.axis : Vector3(-row.axis);
-    line.rate[1].head<3>().setZero();
-    line.rate[1].tail<3>() = is_geared ? row.axis_b : row.axis;
+  Vector3 turn_a = row.axis, turn_b = row.axis_b;
+  const bool is_linear = row.kind == JointRow::Kind::kLinear;
+  if (is_linear) {
+    turn_a = row.axis.cross(row.point - a.center);
+    turn_b = (row.point - b.center).cross(row.axis);
+  } else if (row.kind == JointRow::Kind::kAngular) {
+    turn_a = -row.axis;
+    turn_b = row.axis;
   }
-  line.lacking = row.target;
-  line.diagonal = row.softness;
-  for (size_t side = 0; side < 2; ++side) {
-    const JointBody& body = side == 0 ? body_a : body_b;
-    const Six& rate = line.rate[side];
-    line.gain[side].head<3>() = body.inverse_mass * rate.head<3>();
-    line.gain[side].tail<3>().noalias() = body.inverse_tensor * rate.tail<3>();
-    line.lacking -= rate.head<3>().dot(body.linear_velocity) + rate.tail<3>().dot(body.angular_velocity);
-    line.diagonal += rate.dot(line.gain[side]);
-  }
+  const Vector3 push = is_linear ? row.axis : Vector3(Vector3::Zero());
+  const Vector3 gain_a = a.inverse_tensor * turn_a, gain_b = b.inverse_tensor * turn_b;
+  const auto set = [](Six& six, const Vector3& linear, const Vector3& angular) {
+    six.head<3>() = linear;
+    six.tail<3>() = angular;
+  };
+  set(line.rate[0], -push, turn_a);
+  set(line.rate[1], push, turn_b);
+  set(line.gain[0], -a.inverse_mass * push, gain_a);
+  set(line.gain[1], b.inverse_mass * push, gain_b);
+  line.lacking = row.target - push.dot(b.linear_velocity - a.linear_velocity) - turn_a.dot(a.angular_velocity) -
+                 turn_b.dot(b.angular_velocity);
+  line.diagonal =
+      row.softness + push.squaredNorm() * (a.inverse_mass + b.inverse_mass) + turn_a.dot(gain_a) + turn_b.dot(gain_b);
 }
 
 bool RowSolver::SolveBounded(const RowPlan& plan) {
@@ -108,6 +159,7 @@ bool RowSolver::SolveBounded(const RowPlan& plan) {
     if (!Factor(plan)) return false;
     Substitute(plan);
     if (!ChangeVelocities()) return false;
+    if (!is_bounded_) return true;
     const size_t wrong = FindWrong();
     if (wrong == 0) return true;
     if (wrong < fewest) {
@@ -151,20 +203,51 @@ void RowSolver::CollectInside() {
 void RowSolver::Assemble(const RowPlan& plan) {
   values_.assign(plan.value_count(), 0);
   for (const RowPlan::Coupling& coupling : plan.couplings()) {
-    const std::span<const uint32_t> later = InsideOf(coupling.later), earlier = InsideOf(coupling.earlier);
-    const size_t stride = groups_[coupling.earlier].size;
-    const bool is_diagonal = coupling.later == coupling.earlier;
-    for (size_t p = 0; p < later.size(); ++p) {
-      double* const to = &values_[coupling.block + p * stride];
-      const Six rate = lines_[later[p]].rate[coupling.side_of_later];
-      const size_t count = is_diagonal ? p : earlier.size();
-      for (size_t q = 0; q < count; ++q) to[q] += rate.dot(lines_[earlier[q]].gain[coupling.side_of_earlier]);
+    if (coupling.later == coupling.earlier) {
+      AssembleOwn(coupling);
+    } else if (is_point_[coupling.later] && is_point_[coupling.earlier]) {
+      AssemblePoints(coupling);
+    } else {
+      AssembleRows(coupling);
     }
   }
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const std::span<const uint32_t> inside = InsideOf(g);
     for (size_t p = 0; p < inside.size(); ++p) {
       values_[plan.diagonal(g) + p * (groups_[g].size + 1)] = lines_[inside[p]].diagonal;
+    }
+  }
+}
+
+// What rows of one group share, below their diagonal.
+void RowSolver::AssembleOwn(const RowPlan::Coupling& coupling) {
+  const std::span<const uint32_t> inside = InsideOf(coupling.later);
+  double* to = &values_[coupling.block];
+  for (size_t p = 0; p < inside.size(); ++p, to += groups_[coupling.later].size) {
+    const Six& rate = lines_[inside[p]].rate[coupling.side_of_later];
+    for (size_t q = 0; q < p; ++q) to[q] += rate.dot(lines_[inside[q]].gain[coupling.side_of_later]);
+  }
+}
+
+void RowSolver::AssembleRows(const RowPlan::Coupling& coupling) {
+  const std::span<const uint32_t> later = InsideOf(coupling.later), earlier = InsideOf(coupling.earlier);
+  double* to = &values_[coupling.block];
+  for (size_t p = 0; p < later.size(); ++p, to += groups_[coupling.earlier].size) {
+    const Six& rate = lines_[later[p]].rate[coupling.side_of_later];
+    for (size_t q = 0; q < earlier.size(); ++q) to[q] += rate.dot(lines_[earlier[q]].gain[coupling.side_of_earlier]);
+  }
+}
+
+// Rows along the same three axes share of what is linear only what is along the same one.
+void RowSolver::AssemblePoints(const RowPlan::Coupling& coupling) {
+  const Line* const later = &lines_[InsideOf(coupling.later).front()];
+  const Line* const earlier = &lines_[InsideOf(coupling.earlier).front()];
+  double* const to = &values_[coupling.block];
+  const double linear = later->rate[coupling.side_of_later][0] * earlier->gain[coupling.side_of_earlier][0];
+  for (size_t p = 0; p < 3; ++p) {
+    const auto turn = later[p].rate[coupling.side_of_later].tail<3>();
+    for (size_t q = 0; q < 3; ++q) {
+      to[3 * p + q] += turn.dot(earlier[q].gain[coupling.side_of_earlier].tail<3>()) + (p == q ? linear : 0);
     }
   }
 }

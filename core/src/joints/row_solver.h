@@ -44,13 +44,18 @@ class RowSolver {
 
   void Load(std::span<JointRow> rows, std::span<const uint32_t> mine, std::span<const uint32_t> body_of,
             std::span<const JointBody> bodies);
-  void LoadSides(Line& line, uint32_t a, uint32_t b, std::span<const JointBody> bodies);
+  static void LoadSides(Line& line, const JointBody& a, const JointBody& b);
+  static void LoadPoint(Line* lines, const JointBody& a, const JointBody& b);
+  bool IsPoint(size_t first) const;
   uint32_t LocalOf(uint32_t body);
   void CollectInside();
   std::span<const uint32_t> InsideOf(uint32_t group) const {
     return std::span(inside_).subspan(first_inside_[group], first_inside_[group + 1] - first_inside_[group]);
   }
   void Assemble(const RowPlan& plan);
+  void AssembleOwn(const RowPlan::Coupling& coupling);
+  void AssembleRows(const RowPlan::Coupling& coupling);
+  void AssemblePoints(const RowPlan::Coupling& coupling);
   bool Factor(const RowPlan& plan);
   template <size_t kKnown>
   void EliminateFrom(const RowPlan& plan, uint32_t group, RowCount<kKnown> count);
@@ -64,7 +69,9 @@ class RowSolver {
 
   std::vector<RowPlan> plans_;
   std::vector<Line> lines_;
+  bool is_bounded_ = false;  // some row is
   std::vector<RowPlan::Group> groups_;
+  std::vector<uint8_t> is_point_;       // by group: three rows along x, y and z, and no other
   std::vector<uint32_t> inside_;        // lines within their bounds, group by group
   std::vector<uint32_t> first_inside_;  // by group, and one more
   bool is_pushed_ = false;              // some line at a bound has an impulse there

@@ -92,19 +92,26 @@ double RowWriter::Mobility(const JointRow& row, Matrix3 JointBody::*inverse_tens
   return linear + turn_a.dot(a_.body->*inverse_tensor * turn_a) + turn_b.dot(b_.body->*inverse_tensor * turn_b);
 }
 
-void RowWriter::Correct(double error, JointRow& row) const {
-  const bool is_angular = row.kind != JointRow::Kind::kLinear;
+double RowWriter::SpeedFor(double error, bool is_angular) const {
   const double bound = is_angular ? kCorrectionSpinMax : correction_.speed_max.value_or(kCorrectionSpeedMax);
   const double slop = is_angular ? 0 : correction_.slop.value_or(0);
-  const double left = std::copysign(std::max(std::abs(error) - slop, 0.0), error);
-  row.target = std::clamp(-correction_.PartOf(step_size_, kCorrected) * left / step_size_, -bound, bound);
-  if (!(mobility_ > 0)) return;
+  return std::min(correction_.PartOf(step_size_, kCorrected) * std::max(error - slop, 0.0) / step_size_, bound);
+}
+
+double RowWriter::RepairAt(double speed, bool is_angular, double mobility) const {
+  if (!(mobility > 0)) return 0;
   // Who says how errors are taken away gets what that takes; else they wait where it would be too much at once.
   const double quiet = is_angular ? kQuietSpin : kQuietSpeed;
-  const double rate = correction_.any() ? row.target : std::min(std::abs(row.target), quiet);
+  const double rate = correction_.any() ? speed : std::min(speed, quiet);
+  return rate * rate / mobility / 2;
+}
+
+void RowWriter::Correct(double error, JointRow& row) const {
+  const bool is_angular = row.kind != JointRow::Kind::kLinear;
+  const double speed = SpeedFor(std::abs(error), is_angular);
+  row.target = std::copysign(speed, -error);
   // Who is harder to turn in this step has no more energy for that.
-  const bool is_scaled = a_.body->factor != 1 || b_.body->factor != 1;
-  row.repair = rate * rate / (is_scaled ? Mobility(row, &JointBody::own_inverse) : mobility_) / 2;
+  row.repair = RepairAt(speed, is_angular, is_scaled() ? Mobility(row, &JointBody::own_inverse) : mobility_);
 }
 
 void RowWriter::Soften(JointRow& row) {
@@ -112,13 +119,18 @@ void RowWriter::Soften(JointRow& row) {
   row.softness = kLeastSoftness * mobility_;
 }
 
-JointRow& RowWriter::Add(const Coordinate& coordinate) {
+JointRow& RowWriter::AddRow(JointRow::Kind kind, const Vector3& axis) {
   JointRow& row = rows_->emplace_back();
   row.a = a_.body->row;
   row.b = b_.body->row;
-  row.kind = coordinate.is_angular() ? JointRow::Kind::kAngular : JointRow::Kind::kLinear;
-  row.axis = coordinate.axis;
+  row.kind = kind;
+  row.axis = axis;
   row.point = b_.frame.position;
+  return row;
+}
+
+JointRow& RowWriter::Add(const Coordinate& coordinate) {
+  JointRow& row = AddRow(coordinate.is_angular() ? JointRow::Kind::kAngular : JointRow::Kind::kLinear, coordinate.axis);
   Soften(row);
   return row;
 }
@@ -131,13 +143,53 @@ void RowWriter::LockAt(const Coordinate& coordinate, double position, double ben
   row.target -= bend;
 }
 
+// The velocity of the origin of b against a per impulse there along each axis of a, along that axis, 1/kg.
+Vector3 RowWriter::PointMobility(Matrix3 JointBody::*inverse_tensor) const {
+  Matrix3 mobility = (a_.body->inverse_mass + b_.body->inverse_mass) * Matrix3::Identity();
+  for (const JointBody* body : {a_.body, b_.body}) {
+    if (!body->is_movable()) continue;
+    const Vector3 arm = b_.frame.position - body->center;
+    const Matrix3& tensor = body->*inverse_tensor;
+    Matrix3 turned;  // arm x tensor, column by column
+    for (int i = 0; i < 3; ++i) turned.col(i) = arm.cross(tensor.col(i));
+    for (int i = 0; i < 3; ++i) mobility.col(i) += arm.cross(turned.row(i));
+  }
+  return a_.axes.cwiseProduct(mobility * a_.axes).colwise().sum();
+}
+
+// The same as Bend() of all three coordinates of the origin of b in a.
+Vector3 RowWriter::BendOfPoint(const Vector3& offset) {
+  if (next_expected_ + 3 > expected_.positions.size()) return Vector3::Zero();
+  const Eigen::Map<const Vector3> ahead(&expected_.positions[next_expected_]);
+  next_expected_ += 3;
+  const Vector3 relative = b_.body->ExpectedAt(b_.frame.position) - a_.body->ExpectedAt(b_.frame.position);
+  return expected_.trust * ((ahead - offset) / step_size_ - a_.axes.transpose() * relative);
+}
+
 void RowWriter::LockPoint() {
-  for (int i = 0; i < 3; ++i) Lock(Along(i));
+  const Vector3 offset = Offset();
+  if (positions_ != nullptr) return (void)positions_->insert(positions_->end(), offset.begin(), offset.end());
   if (rows_ == nullptr) return;
-  const auto block = rows_->end() - 3;
-  block->block = 3;
-  const double softness = std::max({block[0].softness, block[1].softness, block[2].softness});
-  for (auto row = block; row != rows_->end(); ++row) row->softness = softness;
+  const Vector3 mobility = PointMobility(&JointBody::inverse_tensor);
+  // Who is harder to turn in this step has no more energy for making up for errors.
+  const Vector3 own = is_scaled() ? PointMobility(&JointBody::own_inverse) : mobility;
+  Vector3 target = -BendOfPoint(offset);
+  double repair = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double speed = SpeedFor(std::abs(offset[i]), false);
+    target[i] -= std::copysign(speed, offset[i]);
+    repair += RepairAt(speed, false, own[i]);
+  }
+  // The same three equations along the axes of the world, which cost a solver less.
+  const Vector3 along = a_.axes * target;
+  for (int i = 0; i < 3; ++i) {
+    JointRow& row = AddRow(JointRow::Kind::kLinear, Vector3::Unit(i));
+    row.softness = kLeastSoftness * mobility.maxCoeff();
+    row.target = along[i];
+  }
+  JointRow& first = *(rows_->end() - 3);
+  first.block = 3;
+  first.repair = repair;
 }
 
 void RowWriter::LockAcross() {

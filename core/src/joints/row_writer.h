@@ -60,7 +60,7 @@ class RowWriter {
   /// The coordinate along the axis `i` of frame a.
   Coordinate Along(int i) const;
 
-  /// Holds the origins together.
+  /// Holds the origins together: three rows, which mean the axes of a and lie along those of the world.
   void LockPoint();
   /// Holds the origin of b on the z axis of a.
   void LockAcross();
@@ -80,15 +80,23 @@ class RowWriter {
  private:
   double RateOf(const Coordinate& coordinate, bool before) const;
   double Bend(const Coordinate& coordinate);
+  Vector3 BendOfPoint(const Vector3& offset);
   void LockAt(const Coordinate& coordinate, double position, double bend);
   void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend);
   void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
   void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
                  double force_max);
+  Vector3 PointMobility(Matrix3 JointBody::*inverse_tensor) const;
   JointRow& Add(const Coordinate& coordinate);
+  JointRow& AddRow(JointRow::Kind kind, const Vector3& axis);
   void Bound(double force_max);
   double Mobility(const JointRow& row, Matrix3 JointBody::*inverse_tensor) const;
   void Soften(JointRow& row);
+  bool is_scaled() const { return a_.body->factor != 1 || b_.body->factor != 1; }
+  // How fast (m/s or rad/s) so large an error (m or rad) may be taken away in this substep.
+  double SpeedFor(double error, bool is_angular) const;
+  // What it may take (J) to bring up that speed in what moves by `mobility` per impulse.
+  double RepairAt(double speed, bool is_angular, double mobility) const;
   // Makes the row that was softened last take `error` (m or rad) away, as far as that may be done in this substep.
   void Correct(double error, JointRow& row) const;
 
