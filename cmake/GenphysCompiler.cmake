@@ -9,7 +9,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type." FORCE)
 endif()
-# CMake's own -O3 makes the code of gRPC and Eigen users larger and their build slower without making a step faster.
+# CMake's own -O3 makes the code of gRPC users larger and their build slower for nothing; the core asks for it.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 
 # A fused multiply-add rounds once where the source says twice, and the compiler is free to fuse or not in each
