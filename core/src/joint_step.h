@@ -114,6 +114,9 @@ class JointStep {
   bool MayHold(const JointDesc& desc) const;
   void Load(JointBody& body, double h) const;
   void Stiffen(double h);
+  template <typename Visit>
+  void VisitPulls(std::span<const JointRow> rows, std::span<const uint32_t> mine, Visit&& visit);
+  bool MayBeSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   const JointBody& BodyAt(EntityRow side) const;
   // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns.

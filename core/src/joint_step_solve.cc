@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "joint_step.h"
 #include "joints/inertia_factor.h"
@@ -52,10 +53,9 @@ const JointBody& JointStep::BodyAt(EntityRow side) const {
   return bodies_[side == kWorldRow ? 0 : body_of_[Index(side)]];
 }
 
-// Whether bodies need more inertia under what a solve of these rows gave than it found: where a chain comes taut the
-// last substep did not tell.
-bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) {
-  for (const uint32_t moved : solver_.moved()) bodies_[moved].pull.setZero();
+// Calls visit(body, arm, force) for what a solve of these rows pulls movable bodies by.
+template <typename Visit>
+void JointStep::VisitPulls(std::span<const JointRow> rows, std::span<const uint32_t> mine, Visit&& visit) {
   for (size_t i = 0; i < mine.size();) {
     const JointRow& first = rows[mine[i]];
     Vector3 impulse = Vector3::Zero();
@@ -66,9 +66,32 @@ bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint
     for (const auto& [side, sign] : {std::pair(first.a, -1.0), std::pair(first.b, 1.0)}) {
       if (side == kWorldRow) continue;
       JointBody& body = bodies_[body_of_[Index(side)]];
-      if (body.is_movable()) body.pull += PullStiffness(first.point - body.center, sign / body.interval * impulse);
+      if (body.is_movable()) visit(body, first.point - body.center, Vector3(sign / body.interval * impulse));
     }
   }
+}
+
+// Sees without a matrix that nobody is pulled harder than expected, or hard at all: no stiffness is larger than
+// sqrt(2) times its arm and force.
+bool JointStep::MayBeSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) {
+  for (const uint32_t moved : solver_.moved()) bodies_[moved].pulled_most = 0;
+  VisitPulls(rows, mine, [](JointBody& body, const Vector3& arm, const Vector3& force) {
+    body.pulled_most += std::numbers::sqrt2 * std::sqrt(arm.squaredNorm() * force.squaredNorm());
+  });
+  return std::ranges::any_of(solver_.moved(), [&](uint32_t moved) {
+    const JointBody& body = bodies_[moved];
+    return !(body.pulled_most <= kSurprise * body.pulled) &&
+           !(h * h * body.own_inverse.norm() * body.pulled_most <= kUnforeseenSwing * body.factor);
+  });
+}
+
+// Whether bodies need more inertia under what a solve of these rows gave than it found: where a chain comes taut the
+// last substep did not tell.
+bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) {
+  if (!MayBeSurprised(rows, mine, h)) return false;
+  for (const uint32_t moved : solver_.moved()) bodies_[moved].pull.setZero();
+  VisitPulls(rows, mine,
+             [](JointBody& body, const Vector3& arm, const Vector3& force) { body.pull += PullStiffness(arm, force); });
   bool is_surprised = false;
   for (const uint32_t moved : solver_.moved()) {
     JointBody& body = bodies_[moved];

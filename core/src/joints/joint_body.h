@@ -33,6 +33,7 @@ struct JointBody {
   Quaternion turn_ahead = Quaternion::Identity();
   Matrix3 pull = Matrix3::Zero();  // N*m/rad, how hard joints turn it back: see PullStiffness()
   double pulled = 0;               // the size of that, as expected
+  double pulled_most = 0;          // the same at most, as solved
   double swing = 0;                // (rad per substep)^2 under that, with its own tensor
 
   bool is_movable() const { return inverse_mass > 0; }
