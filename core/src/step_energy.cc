@@ -22,8 +22,8 @@ double Square(const Matrix3& tensor, const Vector3& spin) { return spin.dot(tens
 // than what they do while it turns as joints let it.
 double StepRun::WorkOwed(const Mover& mover, const Vector3& turned) {
   if (mover.yield == 1) return 0;
-  const Vector3 given = mover.inverse_tensor * mover.momentum;
-  const Vector3 before = given - mover.yield * (mover.inverse_tensor * mover.twist);
+  const Vector3 given = mover.turned.inverse * mover.momentum;
+  const Vector3 before = given - mover.yield * (mover.turned.inverse * mover.twist);
   const double done = mover.twist.dot(before + given + turned) / 2;
   const double has = mover.yield * mover.twist.dot(before + given) / 2;
   return std::max(done - has, 0.0);
@@ -39,7 +39,7 @@ void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEner
     const uint32_t island = islands.IslandOf(mover.row);
     if (island == Islands::kNone || islands.islands()[island].joint_rows == 0) continue;
     const double mass = world_.scene_.entities[Index(mover.row)]->mass.mass;
-    const Matrix3& tensor = mover.tensor;
+    const Matrix3& tensor = mover.turned.tensor;
     const Vector3 gained = state_.linear_velocities.col(Index(mover.row)) - mover.linear_given;
     const Vector3 turned = state_.angular_velocities.col(Index(mover.row)) - mover.spin_given;
     SolveEnergy& energy = energies[island];
@@ -112,9 +112,9 @@ void StepRun::GoQuietly(double h, std::vector<JointRow>& rows, std::vector<Solve
     const Vector3 first = body.quiet_linear - mover.linear_given, first_turn = body.quiet_spin - mover.spin_given;
     const Vector3 rest = body.linear - body.quiet_linear, rest_turn = body.spin - body.quiet_spin;
     energy.allowed -= mass * first.dot(mover.linear_given + first / 2) +
-                      first_turn.dot(mover.tensor * (mover.spin_given + first_turn / 2));
-    energy.first += mass * body.quiet_linear.dot(rest) + body.quiet_spin.dot(mover.tensor * rest_turn);
-    energy.second += (mass * rest.squaredNorm() + Square(mover.tensor, rest_turn)) / 2;
+                      first_turn.dot(mover.turned.tensor * (mover.spin_given + first_turn / 2));
+    energy.first += mass * body.quiet_linear.dot(rest) + body.quiet_spin.dot(mover.turned.tensor * rest_turn);
+    energy.second += (mass * rest.squaredNorm() + Square(mover.turned.tensor, rest_turn)) / 2;
   }
   for (SolveEnergy& energy : energies) {
     if (!energy.is_restrained) continue;

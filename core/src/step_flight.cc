@@ -125,7 +125,7 @@ void StepRun::Ground(EntityRow row, double elapsed) {
   scratch_.flies.Unmark(row);
   rows_.insert(std::lower_bound(rows_.begin(), rows_.end(), row), row);
   Save(row, false);
-  AddMover(row);
+  StartMover(row, movers_.emplace_back());
   Fly(*flyer, elapsed);
   world_.TellPose(row);
 }

@@ -63,7 +63,7 @@ void StepRun::GatherFields(double h) {
 }
 
 // Gravity and the forces of commands, which are known wherever the body is.
-StepRun::Push StepRun::SteadyPush(EntityRow row) const {
+Push StepRun::SteadyPush(EntityRow row) const {
   const SceneEntity& entity = *world_.scene_.entities[Index(row)];
   Push push{entity.traits.gravity_scale * world_.scene_.world.gravity, Vector3::Zero()};
   if (scratch_.wrenches.empty()) return push;
@@ -78,7 +78,7 @@ void StepRun::BeginMover(Mover& mover) {
   const uint32_t row = Index(mover.row);
   HalfStep& half = world_.layer_.half_steps[row];
   TakeTensors(mover);
-  joints_.SetTensors(mover.row, mover.axes, mover.inverse_tensor);
+  joints_.SetTensors(mover.row, mover.turned.axes, mover.turned.inverse);
   mover.start = state_.pose(mover.row);
   mover.steady = SteadyPush(mover.row);
   const double last = world_.layer_.last_substep;
@@ -92,24 +92,25 @@ void StepRun::BeginMover(Mover& mover) {
     half.steady_kick.setZero();
     half.steady_twist.setZero();
     mover.past = 0;
-    mover.momentum = mover.tensor * state_.angular_velocities.col(row);
+    mover.momentum = mover.turned.tensor * state_.angular_velocities.col(row);
     return;
   }
   mover.past = last / 2;
   mover.momentum = half.momentum;
   state_.linear_velocities.col(row) = half.velocity;
-  state_.angular_velocities.col(row) = mover.inverse_tensor * mover.momentum;
+  state_.angular_velocities.col(row) = mover.turned.inverse * mover.momentum;
 }
 
 // Its tensors at the present pose.
 void StepRun::TakeTensors(Mover& mover) const {
   const Column4 orientation = state_.orientations.col(Index(mover.row));
-  if (orientation == mover.turned_as) return;
+  TurnedTensors& turned = mover.turned;
+  if (orientation == turned.turned_as) return;
   const MassProperties& mass = world_.scene_.entities[Index(mover.row)]->mass;
-  mover.turned_as = orientation;
-  mover.axes = FromColumn(orientation).toRotationMatrix();
-  mover.tensor = WorldTensor(mover.axes, mass.tensor);
-  mover.inverse_tensor = WorldTensor(mover.axes, mass.inverse_tensor);
+  turned.turned_as = orientation;
+  turned.axes = FromColumn(orientation).toRotationMatrix();
+  turned.tensor = WorldTensor(turned.axes, mass.tensor);
+  turned.inverse = WorldTensor(turned.axes, mass.inverse_tensor);
 }
 
 void StepRun::KickMover(Mover& mover, double h) {
@@ -136,12 +137,12 @@ void StepRun::KickMover(Mover& mover, double h) {
   mover.linear_given = Limited(linear, traits.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 
-  if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.inverse_tensor * mover.twist));
+  if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist));
 
-  Vector3 spin = mover.inverse_tensor * mover.momentum;
+  Vector3 spin = mover.turned.inverse * mover.momentum;
   if (spin.norm() > traits.angular_speed_max) {
     spin = Limited(spin, traits.angular_speed_max);
-    mover.momentum = mover.tensor * spin;
+    mover.momentum = mover.turned.tensor * spin;
   }
   // Whom joints hold while it turns so far does not go as a free body would.
   const bool is_wide = scratch_.jointed[mover.row] && spin.norm() * h > kResolvedTurn;
@@ -155,7 +156,7 @@ void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& m
   const BodyTraits& traits = world_.scene_.entities[Index(mover.row)]->traits;
   if (traits.linear_damping > 0) linear *= std::exp(-traits.linear_damping * time);
   if (traits.angular_damping > 0) momentum *= std::exp(-traits.angular_damping * time);
-  if (!fields_.empty()) fields_.Drag(mover.row, time, mover.inverse_tensor, linear, momentum);
+  if (!fields_.empty()) fields_.Drag(mover.row, time, mover.turned.inverse, linear, momentum);
 }
 
 // What the engine made of the velocities that it was given, and the true ones at the boundary, which are shown.
@@ -165,7 +166,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   const BodyTraits& traits = world_.scene_.entities[row]->traits;
   const Vector3 gained = state_.linear_velocities.col(row) - mover.linear_given;
   // The engine turned the body by a mean spin; what it changed of that is an impulse, and the rest is the momentum.
-  const Vector3 turned = mover.tensor * (state_.angular_velocities.col(row) - mover.spin_given);
+  const Vector3 turned = mover.turned.tensor * (state_.angular_velocities.col(row) - mover.spin_given);
   const double interval = mover.past + h / 2;
 
   half.velocity = state_.linear_velocities.col(row);
@@ -207,7 +208,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * mover.field.torque);
   Brake(mover, h / 2, linear, momentum);
   state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, traits.linear_speed_max);
-  const Vector3 spin = mover.inverse_tensor * (momentum + half.held_momentum);
+  const Vector3 spin = mover.turned.inverse * (momentum + half.held_momentum);
   state_.angular_velocities.col(row) = Limited(spin, traits.angular_speed_max);
 }
 
@@ -217,10 +218,10 @@ void StepRun::EndMover(Mover& mover, double h) {
 void StepRun::KeepEarned(Mover& mover, double h, const Vector3& turned) {
   HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
   const Vector3 spun = state_.angular_velocities.col(Index(mover.row));
-  const double before = mover.momentum.dot(mover.inverse_tensor * mover.momentum) / 2;
+  const double before = mover.momentum.dot(mover.turned.inverse * mover.momentum) / 2;
   const double done = turned.dot(mover.spin_given + spun) / 2;
   TakeTensors(mover);
-  const double after = half.momentum.dot(mover.inverse_tensor * half.momentum) / 2;
+  const double after = half.momentum.dot(mover.turned.inverse * half.momentum) / 2;
   const double gain = after - before - done;
   half.peak = std::max({half.peak * std::max(1 - h / kPeakFades, 0.0), before, after});
   const double most = kUnearnedPart * half.peak;

@@ -13,7 +13,7 @@ void StepRun::FinishNetForces() {
     const uint32_t row = Index(mover.row);
     const MassProperties& mass = world_.scene_.entities[row]->mass;
     TakeTensors(mover);
-    const Vector3 momentum = mover.tensor * state_.angular_velocities.col(row);
+    const Vector3 momentum = mover.turned.tensor * state_.angular_velocities.col(row);
     state_.net_forces.col(row) = mass.mass / step_size_ * (state_.linear_velocities.col(row) - mover.linear_start);
     state_.net_torques.col(row) = (momentum - mover.momentum_start) / step_size_;
   }

@@ -8,6 +8,7 @@
 #include "impacts.h"
 #include "joint_step.h"
 #include "locked_axes.h"
+#include "mover.h"
 #include "step_scratch.h"
 #include "touching.h"
 
@@ -30,32 +31,6 @@ class StepRun {
     Vector3 angular_velocity = Vector3::Zero();
     bool asleep = false;
     HalfStep half;
-  };
-
-  // What acts on a body from outside.
-  struct Push {
-    Vector3 acceleration = Vector3::Zero();  // m/s^2
-    Vector3 torque = Vector3::Zero();        // N*m
-  };
-
-  // What the layer keeps of a moving dynamic body over a substep.
-  struct Mover {
-    EntityRow row{};
-    Pose start;                                // of the substep
-    Vector3 linear_start = Vector3::Zero();    // at the start of the step
-    Vector3 momentum_start = Vector3::Zero();  // angular, at the start of the step
-    double past = 0;                           // s of the last substep that forces of fields are still owed for
-    Push steady;                               // gravity and the forces of commands
-    Push field;                                // force fields
-    Vector3 linear_given = Vector3::Zero();    // the engine was given
-    Vector3 spin_given = Vector3::Zero();
-    Vector3 momentum = Vector3::Zero();   // angular, in the middle of the substep without contacts and joints
-    Column4 turned_as = Column4::Zero();  // the orientation for which the following are, world
-    Matrix3 axes = Matrix3::Identity();
-    Matrix3 tensor = Matrix3::Zero();
-    Matrix3 inverse_tensor = Matrix3::Zero();
-    double yield = 1;                 // part by which torques turn it of what they else would: see InertiaFactor()
-    Vector3 twist = Vector3::Zero();  // N*m*s, of all those up to the middle of the substep
   };
 
   // A mover of an island of which a part of a solve is taken.
@@ -92,7 +67,7 @@ class StepRun {
   void MoveKinematic(double h);
   void Save(EntityRow row, bool asleep);
   void Restore();
-  void AddMover(EntityRow row);
+  void StartMover(EntityRow row, Mover& mover);
   bool IsDynamic(EntityRow row) const;
   bool Fits(EntityRow row) const;
   void Retire(std::span<const EntityRow> strays);
@@ -174,7 +149,7 @@ class StepRun {
   StepScratch& scratch_;
   FieldForces fields_;
   std::vector<Saved> saved_;
-  std::vector<Mover> movers_;
+  std::vector<Mover>& movers_;
   std::vector<EntityRow> rows_;  // of movers_, ascending; at the start of a step with those of flyers_
   std::vector<Flyer> flyers_;
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending

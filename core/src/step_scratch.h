@@ -1,15 +1,19 @@
 #pragma once
 #include <cstdint>
+#include <vector>
 
 #include "field_forces.h"
 #include "genphys/math.h"
 #include "genphys/row_marks.h"
+#include "mover.h"
 
 namespace genphys {
 
-/// What a step keeps by row while it runs. It stays with the world for its memory alone: a step that touches few of
-/// many entities must not pay for all of them.
+/// What a step keeps by row while it runs. It stays with the world for its memory alone, and for what can be checked to
+/// be still right: a step that touches few of many entities must not pay for all of them.
 struct StepScratch {
+  std::vector<Mover> movers;
+
   RowValues<Wrench> wrenches{Wrench{}};               // of commands
   RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2

@@ -41,6 +41,7 @@ StepRun::StepRun(World& world, double step_size)
       state_(world.state_),
       scratch_(*world.scratch_),
       fields_(world.scene_, world.state_),
+      movers_(scratch_.movers),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
       joints_(*world.joint_step_),
       locked_(world.scene_, world.state_) {}
@@ -123,14 +124,18 @@ void StepRun::Restore() {
   world_.layer_.last_substep = last_substep_before_;
 }
 
-void StepRun::AddMover(EntityRow row) {
-  Mover& mover = movers_.emplace_back();
+// `mover` may be of an earlier step: mostly the same move as in the last one, and are turned as that left them.
+void StepRun::StartMover(EntityRow row, Mover& mover) {
+  const Matrix3& tensor = world_.scene_.entities[Index(row)]->mass.tensor;
+  if (mover.row != row || mover.turned.own != tensor) {
+    mover.turned = {.own = tensor};
+  }
   mover.row = row;
   mover.start = state_.pose(row);
   scratch_.accelerations[row] = SteadyPush(row).acceleration;
   mover.linear_start = state_.linear_velocities.col(Index(row));
   TakeTensors(mover);
-  mover.momentum_start = mover.tensor * state_.angular_velocities.col(Index(row));
+  mover.momentum_start = mover.turned.tensor * state_.angular_velocities.col(Index(row));
 }
 
 void StepRun::Advance() {
@@ -145,10 +150,10 @@ void StepRun::Advance() {
   ChooseFlyers();
   last_substep_before_ = world_.layer_.last_substep;
   saved_.reserve(rows_.size() + kinematic_rows_.size());
-  movers_.reserve(rows_.size());
   for (EntityRow row : rows_) Save(row, false);
   for (EntityRow row : kinematic_rows_) Save(row, false);
-  for (EntityRow row : rows_) AddMover(row);
+  movers_.resize(rows_.size());
+  for (size_t i = 0; i < rows_.size(); ++i) StartMover(rows_[i], movers_[i]);
   Mark("choose");
   const StepperSettings settings = world_.backend_->Resolve(world_.scene_.world.stepper);
   const uint32_t substeps = settings.substeps;
@@ -212,7 +217,7 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     if (place != rows_.end() && *place == row) continue;
     rows_.insert(place, row);
     Save(row, true);
-    AddMover(row);
+    StartMover(row, movers_.emplace_back());
     joints_.Hold(row);
   }
   Mark("collide");

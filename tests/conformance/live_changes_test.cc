@@ -203,6 +203,20 @@ TEST_P(LiveChanges, AForceThatActsGoesOnWhileABodyIsReshaped) {
   EXPECT_NEAR(VelocityOf(*world, id).x(), 2 * 40 / 60.0, kRounding);
 }
 
+TEST_P(LiveChanges, ABodyThatWasReshapedInItsPlaceIsAsHardToTurnAsItIsNow) {
+  Proves({Claim::kForce});
+  const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+  const EntityId id = Add(*world, Ball({0, 0, 0}, 0.5, 2));
+  Join(*world, ToWorld(id, BallJoint{}));
+  Steps(*world, 1);
+  constexpr double kRadius = 0.25, kTorque = 1;
+  Update(*world, id, {EntityField::kGeometries},
+         [](EntityDesc& desc) { desc.rigid_body->geometries[0].shape = Sphere{kRadius}; });
+  Do(*world, ApplyForce{.id = id, .torque = {0, 0, kTorque}});
+  Steps(*world, 1);
+  EXPECT_NEAR(SpinOf(*world, id).z(), kTorque / 60 / (0.4 * 2 * kRadius * kRadius), kRounding);
+}
+
 TEST_P(LiveChanges, AJointHoldsWhatIsReshapedAndStopped) {
   const auto world = MakeSpace(GetParam());
   const EntityId bob = Add(*world, Ball({1, 0, 0}, 0.2));
