@@ -1,5 +1,7 @@
 #include "broad_phase.h"
 
+#include <utility>
+
 namespace genphys {
 namespace {
 
@@ -39,15 +41,21 @@ void BroadPhase::Remove(GeometryRow row) {
 
 void BroadPhase::Move(GeometryRow row, const Bounds& box) {
   Proxy& proxy = proxies_[Index(row)];
-  const Vector3 displacement = 0.5 * (box.min + box.max - proxy.box.min - proxy.box.max);
-  proxy.box = box;
+  const Bounds before = std::exchange(proxy.box, box);
+  const Vector3 displacement = 0.5 * (box.min + box.max - before.min - before.max);
   BoundsTree& tree = proxy.kind == Kind::kMoving ? moving_ : resting_;
   if (tree.box(proxy.leaf).Contains(box)) return;
   tree.Remove(proxy.leaf);
   // What jumps further than its own size was put there, and says nothing of where it goes next.
   const bool jumped = displacement.squaredNorm() > (box.max - box.min).squaredNorm();
-  const Vector3 ahead = jumped ? Vector3::Zero() : displacement;
-  proxy.leaf = tree.Insert(proxy.kind == Kind::kMoving ? Widened(box, ahead) : box, row, proxy.group);
+  if (proxy.kind != Kind::kMoving) {
+    proxy.leaf = tree.Insert(box, row, proxy.group);
+  } else if (jumped) {
+    proxy.leaf = tree.Insert(Widened(box, Vector3::Zero()), row, proxy.group);
+  } else {
+    // With where it comes from, for whoever asks what it met on its way.
+    proxy.leaf = tree.Insert(Widened(box, displacement).Union(Widened(before, Vector3::Zero())), row, proxy.group);
+  }
   MarkFresh(row);
 }
 

@@ -30,7 +30,7 @@ class Sweeper {
       const Vector3& place = geometry.pose_in_entity.position;
       const Vector3 translation = end.Transform(place) - way.start.Transform(place);
       if (IsSeen(geometry.shape, translation)) continue;
-      const Placement start = ToPlacement(way.start.Transform(geometry.pose_in_entity));
+      const Placement start = PlacedIn(ToPlacement(way.start), geometry.pose_in_entity);
       const Bounds bounds = BoundsOf(geometry.shape, start);
       sweeps_.push_back({&way, world_.geometry_rows[row][i], &geometry, start, translation,
                          bounds.Union({bounds.min + translation, bounds.max + translation})});
@@ -114,8 +114,10 @@ class Sweeper {
     const Vector3 relative = sweep.translation - (now.position - before.position);
     // What goes the same way, like the next links of a chain, is not passed.
     if (IsSeen(sweep.geometry->shape, relative)) return;
-    const std::optional<ShapeHit> hit = SweepShape(sweep.geometry->shape, sweep.start, relative, there.shape,
-                                                   ToPlacement(before.Transform(there.pose_in_entity)));
+    const Placement target_start = PlacedIn(ToPlacement(before), there.pose_in_entity);
+    if (StaysClear(sweep, relative, there.shape, target_start)) return;
+    const std::optional<ShapeHit> hit =
+        SweepShape(sweep.geometry->shape, sweep.start, relative, there.shape, target_start);
     if (!hit || !(hit->fraction > 0)) return;
     SweptPair pair{way.row, target, sweep.own, other, (1 - hit->fraction) * way.time, 0};
     pair.closing = -relative.dot(hit->normal) / way.time;
@@ -125,6 +127,14 @@ class Sweeper {
       std::swap(pair.geometry_a, pair.geometry_b);
     }
     swept.push_back(pair);
+  }
+
+  // Whether even the spheres around both are apart all the way.
+  static bool StaysClear(const Sweep& sweep, const Vector3& relative, const Shape& other, const Placement& place) {
+    const Vector3 between = place.position - sweep.start.position;
+    const double nearest = std::clamp(between.dot(relative) / relative.squaredNorm(), 0.0, 1.0);
+    const double reach = BoundingRadius(sweep.geometry->shape) + BoundingRadius(other);
+    return (between - nearest * relative).squaredNorm() > reach * reach;
   }
 
   // By which it came to where it is.

@@ -96,6 +96,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> ways;
   if (after_move) {
+    ways.reserve(movers_.size());
     for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
   }
   FillRelativeVelocities(nullptr);

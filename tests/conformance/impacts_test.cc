@@ -87,6 +87,34 @@ TEST_P(Impacts, ExchangeTheMomentumOfTwoBalls) {
   }
 }
 
+// Neither is anywhere near the other at the beginning or the end of a substep.
+TEST_P(Impacts, AreNotMissedByThoseWhoGraze) {
+  constexpr double kRadius = 0.05, kSpeed = 60;
+  for (const double beside : {0.0, 0.03, 0.06, 0.09, 0.097, 0.103}) {
+    const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+    EntityDesc ball = Bouncing(Ball({0, 0, 5}, kRadius), 1);
+    ball.rigid_body->geometries[0].material.friction = 0;
+    ball.rigid_body->linear_velocity = {kSpeed, 0, 0};
+    const EntityId moving = Add(*world, ball);
+    ball.pose.position = {0.25, beside, 5};
+    ball.rigid_body->linear_velocity.setZero();
+    const EntityId resting = Add(*world, ball);
+    Steps(*world, 2);
+    // Along the line of the centres they exchange their velocities.
+    Vector3 passed = Vector3::Zero();
+    double turned = 0;  // rad, by which that line is off where the impact is found too deep
+    if (beside < 2 * kRadius) {
+      const double sine = beside / (2 * kRadius), cosine = std::sqrt(1 - sine * sine);
+      passed = kSpeed * cosine * Vector3(cosine, sine, 0);
+      turned = ImpactDepth(kSpeed, SubstepOf(*world)) / (2 * kRadius) * sine / cosine;
+    }
+    EXPECT_LE((VelocityOf(*world, resting) - passed).norm(), (2 * turned + kRounding) * kSpeed) << beside;
+    EXPECT_LE((VelocityOf(*world, moving) + VelocityOf(*world, resting) - Vector3(kSpeed, 0, 0)).norm(),
+              kRounding * kSpeed)
+        << beside;
+  }
+}
+
 TEST_P(Impacts, PassThroughACradle) {
   for (const double gap : {0.0, 1e-3}) {
     const auto world = WorldOf(GetParam(), 1.0 / 240, Vector3::Zero());
