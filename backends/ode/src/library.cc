@@ -20,8 +20,10 @@ void ThrowFault(int, const char* format, va_list arguments) {
   throw EngineFault(std::string("ODE: ") + message);
 }
 
+thread_local uint64_t complaints = 0;
+
 // Messages only tell that an equation was solved badly; without a handler they go to the process's standard error.
-void DropMessage(int, const char*, va_list) {}
+void CountMessage(int, const char*, va_list) { ++complaints; }
 
 }  // namespace
 
@@ -30,7 +32,7 @@ void StartLibrary() {
   std::call_once(once, [] {
     dSetErrorHandler(ThrowFault);
     dSetDebugHandler(ThrowFault);
-    dSetMessageHandler(DropMessage);
+    dSetMessageHandler(CountMessage);
     dInitODE2(0);
   });
 }
@@ -39,6 +41,8 @@ void PrepareThread() {
   thread_local const bool prepared = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
   if (!prepared) throw EngineFault("ODE: no memory for the data of a thread");
 }
+
+uint64_t Complaints() { return complaints; }
 
 void Abandon(dxThreadingImplementation* threading) {
   static std::mutex mutex;

@@ -209,6 +209,13 @@ void World::Recall(const ContactBuffer& solved, double step_size) {
   warm_start_.End(solved.points);
 }
 
+// What was to be solved exactly is not stored, and solved by iterations.
+void World::GiveUpDirect() {
+  for (Pushes& pushes : pushes_) {
+    if (pushes.way == Way::kDirect) pushes.way = Way::kCold;
+  }
+}
+
 // An island that would have to be held by more than contact and friction is solved again, from nothing.
 void World::GiveUpUnheld(const ContactBuffer& contacts) {
   for (const ContactPair& pair : contacts.pairs) {
@@ -249,7 +256,11 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
                   way == Way::kDirect);
   LoadContacts(state, contacts);
   LoadRows(state, joint_rows);
+  const uint64_t complaints = Complaints();
   solver_.Step();
+  // The exact solver goes on after an elimination that failed, with numbers that mean nothing. Of which island, it does
+  // not say.
+  if (way == Way::kDirect && Complaints() != complaints) return GiveUpDirect();
   solver_.TakeRowImpulses();
   StoreImpulses(contacts);
   if (way == Way::kWarm) GiveUpUnheld(contacts);

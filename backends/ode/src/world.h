@@ -83,6 +83,7 @@ class World final : public BackendWorld {
                   std::span<JointRow> joint_rows);
   void Recognise(const ContactBuffer& contacts);
   bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
+  void GiveUpDirect();
   void GiveUpUnheld(const ContactBuffer& contacts);
   void LoadBodies(const StateArrays& state);
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
