@@ -74,27 +74,23 @@ int SymmetryAxis(const Matrix3& inverse_tensor) {
   return -1;
 }
 
-Quaternion TurnBy(const Vector3& turn) {
-  const double angle = turn.norm();
-  // At smaller angles the quotient is a half to the last bit.
-  const double scale = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
-  return {std::cos(angle / 2), scale * turn.x(), scale * turn.y(), scale * turn.z()};
-}
-
 // A symmetric body turns about its axis while the axis turns about the momentum, both uniformly (Goldstein, Classical
 // Mechanics, 5.6).
 Vector3 MeanSymmetricSpin(const Vector3& axis, double across, double along, const Vector3& momentum, double time) {
-  const Vector3 precession = across * momentum;
+  const Vector3 precession = across * momentum, about = precession.normalized();
   const double own = (along - across) * momentum.dot(axis);
+  const double angle = precession.norm() * time, sine = std::sin(angle / 2), cosine = std::cos(angle / 2);
   // The mean of the axis tells how often it has turned.
-  const double angle = precession.norm() * time;
   Vector3 mean = axis;
   if (angle > kNegligibleAngle) {
-    const Vector3 about = precession.normalized();
     const Vector3 steady = about * about.dot(axis), turning = axis - steady;
-    mean = steady + std::sin(angle) / angle * turning + (1 - std::cos(angle)) / angle * about.cross(turning);
+    mean = steady + 2 * sine / angle * (cosine * turning + sine * about.cross(turning));
   }
-  const Quaternion turn = TurnBy(time * precession) * TurnBy(time * own * axis);
+  const auto turn_by = [](double cosine_of_half, const Vector3& vec) {
+    return Quaternion(cosine_of_half, vec.x(), vec.y(), vec.z());
+  };
+  const Quaternion turn =
+      turn_by(cosine, sine * about) * turn_by(std::cos(time * own / 2), std::sin(time * own / 2) * axis);
   return Logarithm(turn, time * (precession + own * mean)) / time;
 }
 
@@ -107,8 +103,12 @@ Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double tim
 }
 
 Matrix3 WorldTensor(const Matrix3& axes, const Matrix3& tensor) {
-  // Of most shapes it is diagonal.
+  // Of most shapes it is diagonal, and of many the same across an axis.
   const bool is_diagonal = tensor(1, 0) == 0 && tensor(2, 0) == 0 && tensor(2, 1) == 0;
+  if (is_diagonal && tensor(0, 0) == tensor(1, 1)) {
+    const Matrix3 along = axes.col(2) * axes.col(2).transpose();
+    return (tensor(2, 2) - tensor(0, 0)) * along + tensor(0, 0) * Matrix3::Identity();
+  }
   const Matrix3 half = is_diagonal ? Matrix3(axes * tensor.diagonal().asDiagonal()) : Matrix3(axes * tensor);
   const auto at = [&](int i, int k) { return half.row(i).dot(axes.row(k)); };
   const double xy = at(1, 0), xz = at(2, 0), yz = at(2, 1);
@@ -128,9 +128,12 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after) {
 
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
                      double time) {
-  const Column4 start = ToColumn(orientation);
-  const auto spin_at = [&](const Column4& q) { return Vector3(FromColumn(q) * BodySpin(q, momentum, inverse_tensor)); };
-  const Vector3 spin = spin_at(start);
+  const Vector3 spin = orientation * BodySpin(ToColumn(orientation), momentum, inverse_tensor);
+  return MeanFreeSpin(orientation, spin, momentum, inverse_tensor, time);
+}
+
+Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const Vector3& momentum,
+                     const Matrix3& inverse_tensor, double time) {
   // About a principal axis it goes on as it is.
   if (spin.norm() * time < kNegligibleAngle || IsAboutPrincipalAxis(momentum, spin)) return spin;
   if (const int axis = SymmetryAxis(inverse_tensor); axis >= 0) {
@@ -139,10 +142,10 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, con
   }
   const int count = CountSteps(spin, time);
   const double h = time / count;
-  Column4 q = start;
+  Column4 q = ToColumn(orientation);
   Vector3 expected = Vector3::Zero();
   for (int i = 0; i < count; ++i) {
-    expected += h * spin_at(q);
+    expected += h * (FromColumn(q) * BodySpin(q, momentum, inverse_tensor));
     q = Stepped(q, momentum, inverse_tensor, h);
   }
   return Logarithm(FromColumn(q) * orientation.conjugate(), expected) / time;

@@ -21,6 +21,9 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after);
 /// The engine, which knows constant angular velocities only, is given this one and ends at the right orientation.
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
                      double time);
+/// The same of a body whose `spin` (rad/s, world) at first is known.
+Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const Vector3& momentum,
+                     const Matrix3& inverse_tensor, double time);
 
 /// Where a free body that is at `before` and turns by `spin_before` (rad/s, world) is after `time` seconds, and how it
 /// turns then: with constant angular momentum, by the classical Runge-Kutta method of fourth order in steps of less

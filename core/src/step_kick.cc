@@ -148,7 +148,7 @@ void StepRun::KickMover(Mover& mover, double h) {
   const bool is_wide = scratch_.jointed[mover.row] && spin.norm() * h > kResolvedTurn;
   const bool uniform = mass.spherical || is_wide || !(spin.norm() <= Limits::kSpinMax);
   const Quaternion orientation = state_.pose(mover.row).orientation;
-  mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, mover.momentum, mass.inverse_tensor, h);
+  mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
 }
 
