@@ -219,10 +219,20 @@ void RowSolver::Assemble(const RowPlan& plan) {
   }
 }
 
-// What rows of one group share, below their diagonal.
+// What rows of one group share, below their diagonal. Of a point it is nothing that is linear.
 void RowSolver::AssembleOwn(const RowPlan::Coupling& coupling) {
   const std::span<const uint32_t> inside = InsideOf(coupling.later);
   double* to = &values_[coupling.block];
+  if (is_point_[coupling.later]) {
+    const Line* const lines = &lines_[inside.front()];
+    const auto shared = [&](int p, int q) {
+      return lines[p].rate[coupling.side_of_later].tail<3>().dot(lines[q].gain[coupling.side_of_later].tail<3>());
+    };
+    to[3] += shared(1, 0);
+    to[6] += shared(2, 0);
+    to[7] += shared(2, 1);
+    return;
+  }
   for (size_t p = 0; p < inside.size(); ++p, to += groups_[coupling.later].size) {
     const Six& rate = lines_[inside[p]].rate[coupling.side_of_later];
     for (size_t q = 0; q < p; ++q) to[q] += rate.dot(lines_[inside[q]].gain[coupling.side_of_later]);
@@ -350,12 +360,22 @@ void RowSolver::Substitute(const RowPlan& plan) {
 // False if the numbers did not suffice.
 bool RowSolver::ChangeVelocities() {
   for (size_t i = 0; i < inside_.size(); ++i) {
-    Line& line = lines_[inside_[i]];
-    line.impulse = solution_[i];
-    if (!std::isfinite(line.impulse)) return false;
+    lines_[inside_[i]].impulse = solution_[i];
+    if (!std::isfinite(solution_[i])) return false;
+  }
+  for (uint32_t g = 0; g < groups_.size(); ++g) {
+    const std::span<const uint32_t> inside = InsideOf(g);
     for (size_t side = 0; side < 2; ++side) {
-      const uint32_t body = groups_[line.group].bodies[side];
-      if (body != RowPlan::kStill) changes_[body] += line.impulse * line.gain[side];
+      const uint32_t body = groups_[g].bodies[side];
+      if (body == RowPlan::kStill) continue;
+      Six& change = changes_[body];
+      if (is_point_[g]) {
+        const Line* const lines = &lines_[inside.front()];
+        change.head<3>() += lines[0].gain[side][0] * Vector3(lines[0].impulse, lines[1].impulse, lines[2].impulse);
+        for (int i = 0; i < 3; ++i) change.tail<3>() += lines[i].impulse * lines[i].gain[side].tail<3>();
+      } else {
+        for (const uint32_t i : inside) change += lines_[i].impulse * lines_[i].gain[side];
+      }
     }
   }
   return true;
