@@ -19,8 +19,10 @@ uint32_t JointStep::BodyOf(const EntityRef& entity) {
   if (row == kWorldRow) return 0;
   uint32_t& place = body_of_[Index(row)];
   if (place == 0) {
-    place = static_cast<uint32_t>(bodies_.size());
-    bodies_.emplace_back().row = row;
+    place = static_cast<uint32_t>(body_count_++);
+    // What is left of an earlier step is overwritten when a substep begins.
+    if (bodies_.size() < body_count_) bodies_.emplace_back();
+    bodies_[place].row = row;
   }
   return place;
 }
@@ -41,10 +43,8 @@ bool JointStep::MayHold(const JointDesc& desc) const {
 
 void JointStep::Start(RowMarks& jointed) {
   jointed_ = &jointed;
-  for (const JointBody& body : bodies_) {
-    if (body.row != kWorldRow) body_of_[Index(body.row)] = 0;
-  }
-  bodies_.assign(1, {});
+  for (const JointBody& body : bodies().subspan(1)) body_of_[Index(body.row)] = 0;
+  body_count_ = 1;
   body_of_.resize(state_.rows());
   for (const Held& held : held_) is_held_[held.slot] = false;
   held_.clear();
@@ -92,6 +92,7 @@ void JointStep::Load(JointBody& body, double h) const {
   body.center = body.pose.position;
   body.linear_before = body.linear_velocity = body.linear_expected = state_.linear_velocities.col(row);
   body.angular_before = body.angular_velocity = body.angular_expected = state_.angular_velocities.col(row);
+  body.angular_kick.setZero();
   body.inverse_mass = 0;
   body.inverse_tensor.setZero();
   body.factor = body.expected_factor = 1;
@@ -99,7 +100,10 @@ void JointStep::Load(JointBody& body, double h) const {
   body.swing = body.pulled = 0;
   body.interval = std::numeric_limits<double>::infinity();
   const bool is_dynamic = rigid && rigid->motion_type == MotionType::kDynamic;
-  if (!is_dynamic || !active_[row]) body.axes = body.pose.orientation.toRotationMatrix();
+  if (!is_dynamic || !active_[row]) {
+    body.axes = body.pose.orientation.toRotationMatrix();
+    body.own_inverse.setZero();
+  }
   if (!is_dynamic) return;
   body.center += body.axes * entity.mass.center_of_mass;
   if (!active_[row]) return;
@@ -111,7 +115,7 @@ void JointStep::Load(JointBody& body, double h) const {
 void JointStep::Begin(double h) {
   const auto slot_of = [](const Held& held) { return held.slot; };
   if (!std::ranges::is_sorted(held_, {}, slot_of)) std::ranges::sort(held_, {}, slot_of);
-  for (size_t i = 1; i < bodies_.size(); ++i) Load(bodies_[i], h);
+  for (JointBody& body : bodies().subspan(1)) Load(body, h);
   Stiffen(h);
 }
 
@@ -127,7 +131,7 @@ void JointStep::Stiffen(double h) {
     b.pull += PullStiffness(place - b.center, held.last_force);
   }
   scales_.clear();
-  for (JointBody& body : bodies_) {
+  for (JointBody& body : bodies()) {
     if (!body.is_movable() || body.pull.isZero(0)) continue;
     body.pulled = body.pull.norm();
     body.swing = SwingOf(body.own_inverse, body.pull, h);
@@ -183,7 +187,7 @@ std::vector<JointRow>& JointStep::Write(double h) {
   owners_.clear();
   jolts_.clear();
   may_jolt_ = false;
-  for (size_t i = 1; i < bodies_.size(); ++i) Push(bodies_[i], h);
+  for (JointBody& body : bodies().subspan(1)) Push(body, h);
   for (uint32_t i = 0; i < held_.size(); ++i) {
     Held& held = held_[i];
     const bool is_movable = bodies_[held.a].is_movable() || bodies_[held.b].is_movable();

@@ -109,6 +109,7 @@ class JointStep {
     double angular = 0;  // rad/s
   };
 
+  std::span<JointBody> bodies() { return std::span(bodies_).first(body_count_); }
   uint32_t BodyOf(const EntityRef& entity);
   ErrorCorrection CorrectionOf(const EntityRef& entity) const;
   bool MayHold(const JointDesc& desc) const;
@@ -141,10 +142,11 @@ class JointStep {
   const std::vector<uint8_t>& active_;
   LayerState& layer_;
   RowMarks* jointed_ = nullptr;
-  std::vector<JointBody> bodies_;  // the first is the world
-  std::vector<uint32_t> body_of_;  // by row; zero: no joint holds it
-  std::vector<uint8_t> is_held_;   // by slot
-  std::vector<Held> held_;         // in order of slots, once a substep begins
+  std::vector<JointBody> bodies_{1};  // the first is the world
+  size_t body_count_ = 1;             // of those, in this step
+  std::vector<uint32_t> body_of_;     // by row; zero: no joint holds it
+  std::vector<uint8_t> is_held_;      // by slot
+  std::vector<Held> held_;            // in order of slots, once a substep begins
   std::vector<JointRow> rows_;
   std::vector<uint32_t> owners_;  // of rows_, in held_
   std::vector<double> expected_;  // scratch

@@ -149,13 +149,13 @@ void JointStep::Aim(std::span<const uint32_t> mine, double h, std::vector<JointR
 bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows) {
   const std::vector<uint32_t>& mine = by_island_[island];
   for (int surprises = 0;; ++surprises) {
-    if (!solver_.Solve(island, rows, mine, body_of_, bodies_)) return false;
+    if (!solver_.Solve(island, rows, mine, body_of_, bodies())) return false;
     if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) break;
     for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
   }
   if (!IsAstray(rows, mine, h)) return true;
   Aim(mine, h, rows);
-  return solver_.Solve(island, rows, mine, body_of_, bodies_);
+  return solver_.Solve(island, rows, mine, body_of_, bodies());
 }
 
 void JointStep::FindJolts(std::span<const JointRow> rows) {
@@ -197,7 +197,7 @@ bool JointStep::SolveQuietly(uint32_t island, std::vector<JointRow>& rows) {
     }
     row.target = QuietTarget(row);
   }
-  const bool is_solved = solver_.Solve(island, rows, mine, body_of_, bodies_);
+  const bool is_solved = solver_.Solve(island, rows, mine, body_of_, bodies());
   for (size_t i = 0; i < mine.size(); ++i) rows[mine[i]].target = targets_[i];
   return is_solved;
 }
@@ -249,7 +249,7 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
     left_.insert(left_.end(), list.begin(), list.end());
     list.clear();
   }
-  for (JointBody& body : bodies_) {
+  for (JointBody& body : bodies()) {
     if (!body.is_movable()) continue;
     state_.linear_velocities.col(Index(body.row)) = body.linear_velocity;
     state_.angular_velocities.col(Index(body.row)) = body.angular_velocity;

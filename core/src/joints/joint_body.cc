@@ -1,5 +1,7 @@
 #include "joints/joint_body.h"
 
+#include <cmath>
+
 namespace genphys {
 
 void JointBody::Return() {
@@ -8,9 +10,10 @@ void JointBody::Return() {
 }
 
 void JointBody::Foretell(double time) {
-  const double angle = angular_expected.norm() * time;
-  turn_ahead = Quaternion::Identity();
-  if (angle > 0) turn_ahead = Quaternion(Eigen::AngleAxisd(angle, angular_expected.normalized()));
+  const double spin = angular_expected.norm();
+  const double scale = spin > 0 ? std::sin(spin * time / 2) / spin : 0;
+  turn_ahead.w() = std::cos(spin * time / 2);
+  turn_ahead.vec() = scale * angular_expected;
   center_ahead = center + time * linear_expected;
 }
 
@@ -19,7 +22,6 @@ JointSide JointSide::Now(const JointBody& body, const Pose& frame) {
   side.body = &body;
   side.frame = {body.pose.position + body.axes * frame.position,
                 (body.pose.orientation * frame.orientation).normalized()};
-  side.axes = side.frame.orientation.toRotationMatrix();
   return side;
 }
 
@@ -28,7 +30,6 @@ JointSide JointSide::Ahead() const {
   ahead.body = body;
   ahead.frame = {body->center_ahead + body->turn_ahead * (frame.position - body->center),
                  (body->turn_ahead * frame.orientation).normalized()};
-  ahead.axes = ahead.frame.orientation.toRotationMatrix();
   return ahead;
 }
 

@@ -52,15 +52,14 @@ struct JointBody {
 /// One side of a joint: its frame, on the body that it is fixed to.
 struct JointSide {
   const JointBody* body;
-  Pose frame;    // world
-  Matrix3 axes;  // of the frame, as columns
+  Pose frame;  // world
 
   /// Where `frame` of the body is now.
   static JointSide Now(const JointBody& body, const Pose& frame);
   /// Where this side is expected to be; see JointBody::Foretell().
   JointSide Ahead() const;
 
-  Vector3 axis(int i) const { return axes.col(i); }
+  Vector3 axis(int i) const { return frame.orientation.toRotationMatrix().col(i); }
 };
 
 }  // namespace genphys

@@ -72,12 +72,12 @@ double RowWriter::Bend(const Coordinate& coordinate) {
 
 void RowWriter::Lock(const Coordinate& coordinate) { LockAt(coordinate, 0, Bend(coordinate)); }
 
-Vector3 RowWriter::Offset() const { return a_.axes.transpose() * (b_.frame.position - a_.frame.position); }
+Vector3 RowWriter::Offset() const { return axes_.transpose() * (b_.frame.position - a_.frame.position); }
 
 Quaternion RowWriter::Turn() const { return a_.frame.orientation.conjugate() * b_.frame.orientation; }
 
 Coordinate RowWriter::Along(int i) const {
-  const Vector3 axis = a_.axis(i);
+  const Vector3 axis = axes_.col(i);
   return {.place = static_cast<size_t>(i), .axis = axis, .position = axis.dot(b_.frame.position - a_.frame.position)};
 }
 
@@ -154,7 +154,7 @@ Vector3 RowWriter::PointMobility(Matrix3 JointBody::*inverse_tensor) const {
     for (int i = 0; i < 3; ++i) turned.col(i) = arm.cross(tensor.col(i));
     for (int i = 0; i < 3; ++i) mobility.col(i) += arm.cross(turned.row(i));
   }
-  return a_.axes.cwiseProduct(mobility * a_.axes).colwise().sum();
+  return axes_.cwiseProduct(mobility * axes_).colwise().sum();
 }
 
 // The same as Bend() of all three coordinates of the origin of b in a.
@@ -163,7 +163,7 @@ Vector3 RowWriter::BendOfPoint(const Vector3& offset) {
   const Eigen::Map<const Vector3> ahead(&expected_.positions[next_expected_]);
   next_expected_ += 3;
   const Vector3 relative = b_.body->ExpectedAt(b_.frame.position) - a_.body->ExpectedAt(b_.frame.position);
-  return expected_.trust * ((ahead - offset) / step_size_ - a_.axes.transpose() * relative);
+  return expected_.trust * ((ahead - offset) / step_size_ - axes_.transpose() * relative);
 }
 
 void RowWriter::LockPoint() {
@@ -181,7 +181,7 @@ void RowWriter::LockPoint() {
     repair += RepairAt(speed, false, own[i]);
   }
   // The same three equations along the axes of the world, which cost a solver less.
-  const Vector3 along = a_.axes * target;
+  const Vector3 along = axes_ * target;
   for (int i = 0; i < 3; ++i) {
     JointRow& row = AddRow(JointRow::Kind::kLinear, Vector3::Unit(i));
     row.softness = kLeastSoftness * mobility.maxCoeff();
@@ -204,7 +204,7 @@ void RowWriter::LockAcross() {
 void RowWriter::LockOrientation() {
   const Vector3 error = Log(Turn());
   for (int i = 0; i < 3; ++i) {
-    Lock({.place = static_cast<size_t>(3 + i), .axis = a_.axis(i), .position = error[i]});
+    Lock({.place = static_cast<size_t>(3 + i), .axis = axes_.col(i), .position = error[i]});
   }
 }
 
@@ -215,8 +215,8 @@ void RowWriter::LockTilt() {
   const double angle = std::atan2(sine, z.z());
   const double scale = sine > 1e-9 ? angle / sine : 1;
   const bool is_opposite = sine <= 1e-9 && z.z() < 0;
-  Lock({.place = 3, .axis = a_.axis(0), .position = is_opposite ? std::numbers::pi : -scale * z.y()});
-  Lock({.place = 4, .axis = a_.axis(1), .position = scale * z.x()});
+  Lock({.place = 3, .axis = axes_.col(0), .position = is_opposite ? std::numbers::pi : -scale * z.y()});
+  Lock({.place = 4, .axis = axes_.col(1), .position = scale * z.x()});
 }
 
 void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
@@ -310,7 +310,7 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
 
 void RowWriter::LockGear(double ratio) {
   if (positions_ != nullptr) return;
-  const Vector3 axis_a = -ratio * a_.axis(2), axis_b = b_.axis(2);
+  const Vector3 axis_a = -ratio * axes_.col(2), axis_b = b_.axis(2);
   if (is_noting()) {
     state_.rates[5] = axis_a.dot(a_.body->angular_velocity) + axis_b.dot(b_.body->angular_velocity);
     return;

@@ -38,11 +38,24 @@ class RowWriter {
   /// Without `rows` the coordinates alone are noted in `state`; with them, what it takes to count full turns.
   RowWriter(const JointSide& a, const JointSide& b, double step_size, const ErrorCorrection& correction,
             JointState& state, std::vector<JointRow>* rows, const Foresight& expected)
-      : a_(a), b_(b), step_size_(step_size), correction_(correction), state_(state), rows_(rows), expected_(expected) {}
+      : a_(a),
+        b_(b),
+        axes_(a.frame.orientation.toRotationMatrix()),
+        step_size_(step_size),
+        correction_(correction),
+        state_(state),
+        rows_(rows),
+        expected_(expected) {}
 
   /// Writes nothing, but lists the positions of all coordinates in the order in which they are locked and driven.
   RowWriter(const JointSide& a, const JointSide& b, JointState& state, std::vector<double>& positions)
-      : a_(a), b_(b), step_size_(0), state_(state), rows_(nullptr), positions_(&positions) {}
+      : a_(a),
+        b_(b),
+        axes_(a.frame.orientation.toRotationMatrix()),
+        step_size_(0),
+        state_(state),
+        rows_(nullptr),
+        positions_(&positions) {}
 
   /// For how long (s) the impulses of the rows act.
   double interval() const { return std::min({a_.body->interval, b_.body->interval, 2 * step_size_}); }
@@ -102,6 +115,7 @@ class RowWriter {
 
   const JointSide& a_;
   const JointSide& b_;
+  Matrix3 axes_;  // of frame a, as columns, world
   double step_size_;
   ErrorCorrection correction_;
   JointState& state_;
