@@ -16,8 +16,10 @@ constexpr size_t kPairsPerSearch = 32;
 
 class Sweeper {
  public:
-  Sweeper(const ImpactWorld& world, const NearPairs& near, double step_size)
-      : world_(world), near_(near), speed_(world, step_size) {}
+  Sweeper(const ImpactWorld& world, const NearPairs& near, double step_size, size_t expected)
+      : world_(world), near_(near), speed_(world, step_size) {
+    sweeps_.reserve(expected);
+  }
 
   void Add(const FlownWay& way) {
     const uint32_t row = Index(way.row);
@@ -28,7 +30,8 @@ class Sweeper {
       const Geometry& geometry = body->geometries[i];
       if (!IsConvex(geometry.shape)) continue;
       const Vector3& place = geometry.pose_in_entity.position;
-      const Vector3 translation = end.Transform(place) - way.start.Transform(place);
+      const Vector3 translation = place.isZero(0) ? Vector3(end.position - way.start.position)
+                                                  : Vector3(end.Transform(place) - way.start.Transform(place));
       if (IsSeen(geometry.shape, translation)) continue;
       const Placement start = PlacedIn(ToPlacement(way.start), geometry.pose_in_entity);
       const Bounds bounds = BoundsOf(geometry.shape, start);
@@ -156,7 +159,7 @@ class Sweeper {
 
 std::vector<SweptPair> FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways,
                                  double step_size) {
-  Sweeper sweeper(world, near, step_size);
+  Sweeper sweeper(world, near, step_size, ways.size());
   for (const FlownWay& way : ways) sweeper.Add(way);
   return sweeper.Find();
 }
