@@ -38,11 +38,13 @@ struct Blow {
 /// Velocity of b against a at the blow, m/s.
 Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies);
 
-/// Half of m v^2 + w I w over all movable bodies, J.
-double KineticEnergy(std::span<const StruckBody> bodies);
-
 /// Finds the impulses with which the bodies separate as the blows ask (Newton's law of restitution), each within
 /// Coulomb's disc, by projected Gauss-Seidel, and applies them. What a blow has as impulses already stays part of them.
 void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies);
+
+/// The same of blows without impulses, which separate more slowly than they ask where those that hit each other would
+/// have more kinetic energy than before: Newton's law at several points at once, with friction, can ask for more than
+/// there is (Kane's paradox). What moves and cannot be moved may give energy to whom it hits.
+void Restitute(std::span<Blow> blows, std::span<StruckBody> bodies);
 
 }  // namespace genphys

@@ -29,9 +29,6 @@ constexpr double kTimedPart = 1e-5;
 // How far from touching (m, and of the way of a substep) the other corners of what lands flat may be.
 constexpr double kFlatGap = 2e-5;
 constexpr double kFlatPart = 0.03;
-// Kinetic energy may grow by rounding only.
-constexpr double kEnergySlack = 1e-12;
-constexpr int kEnergyBisections = 30;
 // m/s: what slips faster slides.
 constexpr double kSlidingSpeed = 1e-2;
 
@@ -62,9 +59,9 @@ bool ImpactSpeed::IsFree(const ContactPair& pair) const {
 Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
     : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size) {}
 
-bool Impacts::Solve(const ContactBuffer& contacts, std::span<const SweptPair> swept) {
+bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept) {
   moved_.clear();
-  Find(contacts, swept);
+  Find(contacts, changed, swept);
   if (candidates_.empty()) return false;
   KeepEarliest();
   for (Candidate& candidate : candidates_) {
@@ -75,7 +72,7 @@ bool Impacts::Solve(const ContactBuffer& contacts, std::span<const SweptPair> sw
   blow_pairs_.clear();
   for (const Candidate& candidate : candidates_) AddBlows(contacts, candidate);
   if (!blows_.empty()) {
-    Restitute();
+    Separate();
     Record();
     Apply(RestOfStep());
   }
@@ -84,9 +81,16 @@ bool Impacts::Solve(const ContactBuffer& contacts, std::span<const SweptPair> sw
   return !blows_.empty();
 }
 
-void Impacts::Find(const ContactBuffer& contacts, std::span<const SweptPair> swept) {
-  candidates_.clear();
+void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept) {
+  const auto is_changed = [&](const ContactPair& pair) {
+    return changed == nullptr || (*changed)[pair.entity_a] || (*changed)[pair.entity_b];
+  };
+  // Those that waited for others have their turn as they were.
+  std::swap(candidates_, waiting_);
+  waiting_.clear();
+  std::erase_if(candidates_, [&](const Candidate& candidate) { return is_changed(candidate.pair); });
   for (const ContactPair& pair : contacts.pairs) {
+    if (!is_changed(pair)) continue;
     if (const std::optional<Candidate> candidate = Judge(contacts, pair)) candidates_.push_back(*candidate);
   }
   for (const SweptPair& pair : swept) {
@@ -167,7 +171,9 @@ void Impacts::KeepEarliest() {
   }
   std::erase_if(candidates_, [&](const Candidate& c) {
     const double first = std::max(world_.earliest[c.pair.entity_a], world_.earliest[c.pair.entity_b]);
-    return c.time < first - kSameTime * step_size_;
+    const bool waits = c.time < first - kSameTime * step_size_;
+    if (waits) waiting_.push_back(c);
+    return waits;
   });
   std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
     const auto key = [&](const Candidate& c) {
@@ -297,13 +303,8 @@ void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate
   }
 }
 
-void Impacts::Restitute() {
+void Impacts::Separate() {
   approaches_.clear();
-  bool is_driven = false;
-  for (const StruckBody& body : bodies_) {
-    is_driven =
-        is_driven || (body.inverse_mass == 0 && !(body.linear_velocity.isZero(0) && body.angular_velocity.isZero(0)));
-  }
   for (size_t i = 0; i < blows_.size(); ++i) {
     Blow& blow = blows_[i];
     const MixedMaterial& material = blow_pairs_[i]->pair.material;
@@ -315,21 +316,7 @@ void Impacts::Restitute() {
     blow.friction = FrictionAt(material, (approach + closing * blow.normal).norm());
     approaches_.push_back(approach);
   }
-  const std::vector<StruckBody> before = bodies_;
-  const std::vector<Blow> asked = blows_;
-  SolveBlows(blows_, bodies_);
-  const double allowed = (1 + kEnergySlack) * KineticEnergy(before);
-  if (is_driven || KineticEnergy(bodies_) <= allowed) return;
-  // Newton's law at several points at once, with friction, can ask for more than there is (Kane's paradox).
-  double low = 0, high = 1;
-  for (int i = 0; i < kEnergyBisections; ++i) {
-    const double part = i + 1 < kEnergyBisections ? (low + high) / 2 : low;
-    bodies_ = before;
-    blows_ = asked;
-    for (Blow& blow : blows_) blow.separation_speed *= part;
-    SolveBlows(blows_, bodies_);
-    (KineticEnergy(bodies_) <= allowed ? low : high) = part;
-  }
+  Restitute(blows_, bodies_);
 }
 
 // How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.

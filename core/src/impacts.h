@@ -71,8 +71,9 @@ class Impacts {
   /// Without `rewinds` all impacts are those of the present moment.
   Impacts(const ImpactWorld& world, double step_size, bool rewinds);
 
-  /// Solves the earliest impacts among `contacts` (at the present poses) and `swept`. False: there are none left.
-  bool Solve(const ContactBuffer& contacts, std::span<const SweptPair> swept);
+  /// Solves the earliest impacts among `contacts` (at the present poses) and `swept`. False: there are none left. Pairs
+  /// with none of the rows in `changed` are as they were at the last Solve(), unless it is null.
+  bool Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
 
   /// Whom the last Solve() put elsewhere, ascending, and how long before the end (s) it was hit.
   struct Moved {
@@ -104,7 +105,7 @@ class Impacts {
     double time = 0;  // s before the end at which it is hit
   };
 
-  void Find(const ContactBuffer& contacts, std::span<const SweptPair> swept);
+  void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
@@ -113,7 +114,7 @@ class Impacts {
   void CollectStruck();
   void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
-  void Restitute();
+  void Separate();
   std::vector<StruckBody> RestOfStep() const;
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
@@ -130,6 +131,7 @@ class Impacts {
   bool rewinds_;
   ImpactSpeed speed_;
   std::vector<Candidate> candidates_;
+  std::vector<Candidate> waiting_;  // for earlier ones of their bodies
   std::vector<Struck> struck_;
   std::vector<StruckBody> bodies_;  // of struck_, at their times
   std::vector<Blow> blows_;

@@ -1,6 +1,7 @@
 #include "near_pairs.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "genphys/bounds.h"
 #include "genphys/placement.h"
@@ -103,47 +104,123 @@ void NearPairs::AddPair(const PairRule& rule, GeometryRow a, GeometryRow b) {
   found_.back().is_sensor = verdict == PairRule::Verdict::kSensor;
 }
 
-void NearPairs::CollidePair(const PairRule& rule, BackendWorld& engine, const Pair& pair,
-                            ContactBuffer& contacts) const {
-  if (!MayTouch(pair)) return;
-  const auto first = static_cast<uint32_t>(contacts.points.size());
-  engine.FindPoints(pair.a, pair.b, contacts.points);
-  const auto count = static_cast<uint32_t>(contacts.points.size()) - first;
-  if (count == 0) return;
-  contacts.pairs.push_back({.entity_a = pair.entity_a,
-                            .entity_b = pair.entity_b,
-                            .geometry_a = pair.a,
-                            .geometry_b = pair.b,
-                            .material = rule.Mixed(pair.a, pair.b),
-                            .correction = rule.Correction(pair.a, pair.b),
-                            .is_sensor = pair.is_sensor,
-                            .first_point = first,
-                            .point_count = count});
+ContactPair NearPairs::Opened(const PairRule& rule, const Pair& pair, const ContactBuffer& contacts) {
+  return {.entity_a = pair.entity_a,
+          .entity_b = pair.entity_b,
+          .geometry_a = pair.a,
+          .geometry_b = pair.b,
+          .material = rule.Mixed(pair.a, pair.b),
+          .correction = rule.Correction(pair.a, pair.b),
+          .is_sensor = pair.is_sensor,
+          .first_point = static_cast<uint32_t>(contacts.points.size())};
 }
 
-void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, const RowMarks* moved, ContactBuffer& contacts) {
+void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, ContactBuffer& contacts) {
   Update(rule);
-  std::swap(before_, contacts);
   contacts.Clear();
-  // Both lists are in the same order, and all that is in `old` was near then.
-  auto old = before_.pairs.begin();
-  Pair old_pair;
-  const auto take_old = [&] {
-    if (old != before_.pairs.end()) old_pair = PairOf(rule, old->geometry_a, old->geometry_b);
-  };
-  if (moved != nullptr) take_old();
+  is_scattered_ = false;
   for (const Pair& pair : pairs_) {
-    if (moved == nullptr || (*moved)[pair.entity_a] || (*moved)[pair.entity_b]) {
-      CollidePair(rule, engine, pair, contacts);
+    if (!MayTouch(pair)) continue;
+    const auto first = contacts.points.size();
+    engine.FindPoints(pair.a, pair.b, contacts.points);
+    const auto count = static_cast<uint32_t>(contacts.points.size() - first);
+    if (count == 0) continue;
+    ContactPair& touching = contacts.pairs.emplace_back(Opened(rule, pair, contacts));
+    touching.first_point -= count;
+    touching.point_count = count;
+  }
+}
+
+void NearPairs::CollideMoved(const PairRule& rule, BackendWorld& engine, const RowMarks& moved,
+                             ContactBuffer& contacts) {
+  Update(rule);
+  const auto is_moved = [&](const auto& pair) { return moved[pair.entity_a] || moved[pair.entity_b]; };
+  std::vector<ContactPair>& known = contacts.pairs;
+  size_t next = 0;
+  bool any_gone = false;
+  // Of those that moved, both lists are in the same order.
+  const auto pass_unmoved = [&] {
+    while (next < known.size() && !is_moved(known[next])) ++next;
+  };
+  const auto let_go = [&] {
+    known[next++].point_count = 0;
+    any_gone = true;
+    pass_unmoved();
+  };
+  come_.clear();
+  pass_unmoved();
+  for (const Pair& pair : pairs_) {
+    if (!is_moved(pair)) continue;
+    const auto is_this = [&] { return known[next].geometry_a == pair.a && known[next].geometry_b == pair.b; };
+    while (next < known.size() && !is_this() && PairOf(rule, known[next].geometry_a, known[next].geometry_b) < pair) {
+      let_go();
+    }
+    const bool is_known = next < known.size() && is_this();
+    points_.clear();
+    if (MayTouch(pair)) engine.FindPoints(pair.a, pair.b, points_);
+    if (points_.empty()) {
+      if (is_known) let_go();
       continue;
     }
-    for (; old != before_.pairs.end() && old_pair < pair; take_old()) ++old;
-    if (old == before_.pairs.end() || old->geometry_a != pair.a || old->geometry_b != pair.b) continue;
-    const auto first = before_.points.begin() + old->first_point;
-    contacts.pairs.push_back(*old);
-    contacts.pairs.back().first_point = static_cast<uint32_t>(contacts.points.size());
-    contacts.points.insert(contacts.points.end(), first, first + old->point_count);
+    ContactPair renewed = Opened(rule, pair, contacts);
+    if (!is_known) {
+      Overwrite(points_, renewed, contacts);
+      come_.push_back(renewed);
+      continue;
+    }
+    renewed.first_point = known[next].first_point;
+    renewed.point_count = known[next].point_count;
+    Overwrite(points_, renewed, contacts);
+    known[next++] = renewed;
+    pass_unmoved();
   }
+  while (next < known.size()) let_go();
+  if (any_gone) std::erase_if(known, [](const ContactPair& pair) { return pair.point_count == 0; });
+  is_scattered_ |= any_gone;
+  Insert(rule, contacts);
+}
+
+// Gives a pair these points, in the place of those that it has if there are no more of them.
+void NearPairs::Overwrite(const std::vector<ContactPoint>& points, ContactPair& pair, ContactBuffer& contacts) {
+  const auto count = static_cast<uint32_t>(points.size());
+  is_scattered_ |= count != pair.point_count;
+  if (count <= pair.point_count) {
+    std::copy(points.begin(), points.end(), contacts.points.begin() + pair.first_point);
+  } else {
+    pair.first_point = static_cast<uint32_t>(contacts.points.size());
+    contacts.points.insert(contacts.points.end(), points.begin(), points.end());
+  }
+  pair.point_count = count;
+}
+
+// Sorts who came in among the pairs, from the last one on, so that each is moved once.
+void NearPairs::Insert(const PairRule& rule, ContactBuffer& contacts) {
+  std::vector<ContactPair>& pairs = contacts.pairs;
+  size_t from = pairs.size(), to = from + come_.size();
+  pairs.resize(to);
+  const auto before = [&](const Pair& key, const ContactPair& pair) {
+    return key < PairOf(rule, pair.geometry_a, pair.geometry_b);
+  };
+  for (; !come_.empty(); come_.pop_back()) {
+    const Pair key = PairOf(rule, come_.back().geometry_a, come_.back().geometry_b);
+    const auto place = std::upper_bound(pairs.begin(), pairs.begin() + static_cast<ptrdiff_t>(from), key, before);
+    const auto first = static_cast<size_t>(place - pairs.begin());
+    while (from > first) pairs[--to] = pairs[--from];
+    pairs[--to] = come_.back();
+  }
+}
+
+void NearPairs::PutInOrder(ContactBuffer& contacts) {
+  if (!is_scattered_) return;
+  is_scattered_ = false;
+  points_.clear();
+  points_.reserve(contacts.points.size());
+  for (ContactPair& pair : contacts.pairs) {
+    const auto first = contacts.points.begin() + pair.first_point;
+    pair.first_point = static_cast<uint32_t>(points_.size());
+    points_.insert(points_.end(), first, first + pair.point_count);
+  }
+  std::swap(points_, contacts.points);
 }
 
 }  // namespace genphys

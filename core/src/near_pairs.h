@@ -70,9 +70,13 @@ class NearPairs {
   /// Whether the bounds of the two overlap.
   bool MayTouch(const Pair& pair) const { return broad_phase_.MayTouch(pair.a, pair.b); }
 
-  /// Overwrites `contacts` with all points of near pairs, as the engine finds them, in canonical order. Points of pairs
-  /// with none of the rows in `moved` are taken over from what `contacts` had, if `moved` is not null.
-  void Collide(const PairRule& rule, BackendWorld& engine, const RowMarks* moved, ContactBuffer& contacts);
+  /// Overwrites `contacts` with all points of near pairs, as the engine finds them, in canonical order.
+  void Collide(const PairRule& rule, BackendWorld& engine, ContactBuffer& contacts);
+
+  /// The same after some rows moved: what has none of them is left as it is. The pairs are in canonical order; their
+  /// points may lie anywhere until PutInOrder().
+  void CollideMoved(const PairRule& rule, BackendWorld& engine, const RowMarks& moved, ContactBuffer& contacts);
+  void PutInOrder(ContactBuffer& contacts);
 
   /// Calls visit(row) for each geometry that the first `fraction` of `ray` may hit; `visit` may lower `fraction`.
   template <typename Visit>
@@ -94,14 +98,19 @@ class NearPairs {
 
  private:
   void AddPair(const PairRule& rule, GeometryRow a, GeometryRow b);
-  void CollidePair(const PairRule& rule, BackendWorld& engine, const Pair& pair, ContactBuffer& contacts) const;
+  // A pair without points, which belong behind all others.
+  static ContactPair Opened(const PairRule& rule, const Pair& pair, const ContactBuffer& contacts);
+  void Overwrite(const std::vector<ContactPoint>& points, ContactPair& pair, ContactBuffer& contacts);
+  void Insert(const PairRule& rule, ContactBuffer& contacts);
 
   BroadPhase broad_phase_;
-  std::vector<Pair> pairs_;  // as of the last Update()
+  std::vector<Pair> pairs_;    // as of the last Update()
+  bool is_scattered_ = false;  // points are not in the order of their pairs
   // Kept between calls for their memory only.
   std::vector<Pair> found_;
   std::vector<Pair> merged_;
-  ContactBuffer before_;
+  std::vector<ContactPair> come_;
+  std::vector<ContactPoint> points_;
 };
 
 }  // namespace genphys

@@ -101,10 +101,11 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   }
   FillRelativeVelocities(nullptr);
   RowMarks& changed = scratch_.changed;
+  const RowMarks* looked_at = nullptr;
   bool is_over = false;
   for (int wave = 0; wave < kWavesMax; ++wave) {
     const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.near_, ways, h);
-    is_over = !impacts.Solve(world_.contacts_, swept);
+    is_over = !impacts.Solve(world_.contacts_, looked_at, swept);
     if (is_over) break;
     ways.clear();
     changed.Clear();
@@ -124,8 +125,10 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
       GroundMet(elapsed);
       is_all_new = CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
     }
-    FillRelativeVelocities(is_all_new ? nullptr : &changed);
+    looked_at = is_all_new ? nullptr : &changed;
+    FillRelativeVelocities(looked_at);
   }
+  world_.near_->PutInOrder(world_.contacts_);
   touches_.AddSolved(impacts.impulses());
   Mark("impacts");
   return is_over;

@@ -203,8 +203,11 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_, &world_.roused_}) {
       for (const EntityRow row : *rows) scratch_.tested.Mark(row);
     }
-    world_.near_->Collide(world_.rule_, *world_.engine_, moved == nullptr ? nullptr : &scratch_.moved,
-                          world_.contacts_);
+    if (is_all_new) {
+      world_.near_->Collide(world_.rule_, *world_.engine_, world_.contacts_);
+    } else {
+      world_.near_->CollideMoved(world_.rule_, *world_.engine_, scratch_.moved, world_.contacts_);
+    }
     world_.contacts_stale_ = false;
     // Who was woken is tested against all.
     moved = nullptr;

@@ -70,7 +70,7 @@ struct Bench {
     Place(row);
   }
 
-  void Collide() { near.Collide(rule, *world, nullptr, contacts); }
+  void Collide() { near.Collide(rule, *world, contacts); }
 
   /// Solves for `h` seconds what the last Collide() found, under gravity.
   void Solve(double h = kStep) {

@@ -64,7 +64,7 @@ class Bench {
     return body;
   }
 
-  void Collide() { near_.Collide(rule, *world_, nullptr, contacts); }
+  void Collide() { near_.Collide(rule, *world_, contacts); }
 
   void Step(double h = kStep) {
     Collide();
