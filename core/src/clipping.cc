@@ -119,38 +119,48 @@ void PointSet::Add(const MeetingPoint& point) {
 }
 
 void PointSet::ReduceTo(Manifold& manifold) const {
-  if (points_.size() <= Manifold::kPointsPerNormal) {
-    for (const MeetingPoint& point : points_) manifold.Add(point);
-    return;
+  const FewPoints few = ChooseFew(points_);
+  for (int i = 0; i < few.count; ++i) manifold.Add(points_[static_cast<size_t>(few.places[static_cast<size_t>(i)])]);
+}
+
+FewPoints ChooseFew(std::span<const MeetingPoint> points) {
+  FewPoints few;
+  if (points.size() <= few.places.size()) {
+    few.count = static_cast<int>(points.size());
+    for (int i = 0; i < few.count; ++i) few.places[static_cast<size_t>(i)] = i;
+    return few;
   }
-  const auto position = [&](size_t i) -> const Vector3& { return points_[i].position; };
-  double widest = 0;
-  for (const MeetingPoint& point : points_) widest = std::max(widest, (point.position - position(0)).norm());
+  const auto position = [&](size_t i) -> const Vector3& { return points[i].position; };
+  double widest = 0, deepest = -std::numeric_limits<double>::infinity();
+  Vector3 middle = Vector3::Zero();
+  for (const MeetingPoint& point : points) {
+    widest = std::max(widest, (point.position - position(0)).norm());
+    deepest = std::max(deepest, point.depth);
+    middle += point.position / static_cast<double>(points.size());
+  }
   std::array<size_t, Manifold::kPointsPerNormal> chosen{};
   // Of those as deep as the deepest the one that lies farthest out.
-  Vector3 middle = Vector3::Zero();
-  for (const MeetingPoint& point : points_) middle += point.position / static_cast<double>(points_.size());
   double farthest = -1;
-  for (size_t i = 0; i < points_.size(); ++i) {
+  for (size_t i = 0; i < points.size(); ++i) {
     const double distance = (position(i) - middle).squaredNorm();
-    if (points_[i].depth < deepest_ - kDeeper * widest || distance <= farthest * kBetter) continue;
+    if (points[i].depth < deepest - kDeeper * widest || distance <= farthest * kBetter) continue;
     farthest = distance;
     chosen[0] = i;
   }
   // Farthest from the first, then the widest triangle, then the point that adds most to it.
   double best = 0;
-  for (size_t i = 0; i < points_.size(); ++i) {
+  for (size_t i = 0; i < points.size(); ++i) {
     const double distance = (position(i) - position(chosen[0])).squaredNorm();
     if (distance > best * kBetter) best = distance, chosen[1] = i;
   }
   best = 0;
-  for (size_t i = 0; i < points_.size(); ++i) {
+  for (size_t i = 0; i < points.size(); ++i) {
     const double area = Area(position(chosen[0]), position(chosen[1]), position(i));
     if (area > best * kBetter) best = area, chosen[2] = i;
   }
   const double triangle = Area(position(chosen[0]), position(chosen[1]), position(chosen[2]));
   best = 0;
-  for (size_t i = 0; i < points_.size(); ++i) {
+  for (size_t i = 0; i < points.size(); ++i) {
     // Inside the triangle the three parts only add up to it.
     const double gain = Area(position(chosen[0]), position(chosen[1]), position(i)) +
                         Area(position(chosen[1]), position(chosen[2]), position(i)) +
@@ -159,7 +169,8 @@ void PointSet::ReduceTo(Manifold& manifold) const {
   }
   std::sort(chosen.begin(), chosen.end());
   const auto end = std::unique(chosen.begin(), chosen.end());
-  for (auto it = chosen.begin(); it != end; ++it) manifold.Add(points_[*it]);
+  for (auto it = chosen.begin(); it != end; ++it) few.places[static_cast<size_t>(few.count++)] = static_cast<int>(*it);
+  return few;
 }
 
 void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, PointSet& points) {

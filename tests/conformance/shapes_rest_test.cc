@@ -79,6 +79,32 @@ TEST_P(RestingShapes, HullCubeAndBoxCubeLieAtOneHeight) {
   }
 }
 
+// Aligned to the last bit, so that edges lie on edges: what of them touches must not be a matter of rounding, and what
+// is left of a solve must not either. Far away each substep rounds a place by half of kLastBit, and what it makes of a
+// box is felt by all above it.
+TEST_P(RestingShapes, AStackStandsFarAwayAsItDoesAtTheOrigin) {
+  constexpr double kFar = 1e6, kLastBit = 1.2e-10;  // m
+  constexpr int kCount = 5, kSteps = 120;
+  Proves({Claim::kBox, Claim::kPlane});
+  for (const Quality quality : {Quality::kFast, Quality::kBalanced}) {
+    const StepperDesc stepper{.quality = quality};
+    const auto here = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -9.81}, .stepper = stepper});
+    const auto there = testing::MakeWorld({.engine = GetParam(), .gravity = {0, 0, -9.81}, .stepper = stepper});
+    std::vector<EntityId> ids;
+    for (int i = 0; i < kCount; ++i) {
+      ids.push_back(Add(*here, Crate({0, 0, 0.5 + i})));
+      ASSERT_EQ(Add(*there, Crate({kFar, 0, 0.5 + i})), ids.back());
+    }
+    Steps(*here, kSteps);
+    Steps(*there, kSteps);
+    constexpr double kSubsteps = 2 * kSteps;
+    for (const EntityId id : ids) {
+      const Vector3 off = PositionOf(*there, id) - Vector3(kFar, 0, 0) - PositionOf(*here, id);
+      EXPECT_LE(off.norm(), 2 * kSubsteps * kCount * kLastBit / 2);
+    }
+  }
+}
+
 TEST_P(RestingShapes, ConesEllipsoidsAndTheRestLieWhereTheyTouch) {
   Proves({Claim::kCone, Claim::kEllipsoid, Claim::kSphere, Claim::kCapsule, Claim::kCylinder});
   struct Lying {

@@ -31,6 +31,31 @@ TEST(OdeContacts, TellsContactsInCanonicalOrderWithNormalsFromAToB) {
   EXPECT_LT((bench.contacts.points[second.first_point].normal + Vector3::UnitZ()).norm(), kRounding);
 }
 
+// Edges that lie on each other cross anywhere along them: where, is a matter of the last bit.
+TEST(OdeContacts, AreTheFourCornersOfABoxOnAnotherHoweverTheLastBitsLie) {
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int i = 0; i < 200; ++i) {
+    SCOPED_TRACE(i);
+    const double off = std::pow(10, -6 - 4 * std::abs(number(generator)));
+    Bench bench;
+    bench.Add(kUnitBox, {0, 0, 0.5});
+    const Vector3 aside = off * Vector3(number(generator), number(generator), 0);
+    const Quaternion turn(Eigen::AngleAxisd(off * number(generator), Vector3::UnitZ()));
+    bench.Add(Bench::BodyOf(kUnitBox), {Vector3(0, 0, 1.5 - 1e-6) + aside, turn});
+    bench.Collide();
+    ASSERT_EQ(bench.contacts.points.size(), 4u);
+    Vector3 middle = Vector3::Zero();
+    for (const ContactPoint& point : bench.contacts.points) {
+      middle += point.position / 4;
+      // Within the skin of a corner, and what they lie beside each other.
+      EXPECT_NEAR(std::abs(point.position.x()), 0.5, 1e-4 + 4 * off);
+      EXPECT_NEAR(std::abs(point.position.y()), 0.5, 1e-4 + 4 * off);
+    }
+    EXPECT_LT(middle.head<2>().norm(), 1e-4 + 4 * off);
+  }
+}
+
 TEST(OdeContacts, OrdersTheGeometriesOfAPairByEntityFirst) {
   Bench bench;
   RigidBody two = Bench::BodyOf(kUnitBox);

@@ -112,6 +112,7 @@ class ContactSolver {
   void SetTorsion(const ContactConstraint& contact, dContact& to);
   dxBody* OtherBody(const ContactConstraint& contact);
   uint32_t Iterations() const;
+  uint32_t Seed() const;
   void StirSeed(double value);
 
   dxThreadingImplementation* threading_;

@@ -2,44 +2,31 @@
 
 #include <ode/ode.h>
 
-#include <algorithm>
 #include <array>
-#include <limits>
+#include <span>
 
 #include "genphys/narrow_phase.h"
 
 namespace genphys::ode_backend {
 namespace {
 
-constexpr int kPointsMax = 8;
 // More than any pair of shapes gives, so that we choose what to drop and not the engine, which takes the first.
 constexpr int kFoundMax = 32;
 
 using Found = std::array<dContactGeom, kFoundMax>;
 
-double SquaredDistance(const dContactGeom& a, const dContactGeom& b) {
-  const double x = a.pos[0] - b.pos[0];
-  const double y = a.pos[1] - b.pos[1];
-  const double z = a.pos[2] - b.pos[2];
-  return x * x + y * y + z * z;
-}
+Vector3 PositionOf(const dContactGeom& contact) { return {contact.pos[0], contact.pos[1], contact.pos[2]}; }
 
-// Moves to the front the deepest point, then again and again the one that is farthest from all before it.
-void PutBestFirst(Found& found, int count) {
-  const auto deepest = std::max_element(found.begin(), found.begin() + count,
-                                        [](const auto& a, const auto& b) { return a.depth < b.depth; });
-  std::swap(found[0], *deepest);
-  std::array<double, kFoundMax> distances;
-  distances.fill(std::numeric_limits<double>::infinity());
-  for (int chosen = 1; chosen < kPointsMax; ++chosen) {
-    for (int i = chosen; i < count; ++i) {
-      distances[i] = std::min(distances[i], SquaredDistance(found[i], found[chosen - 1]));
-    }
-    const auto first = distances.begin() + chosen;
-    const auto farthest = std::max_element(first, distances.begin() + count);
-    std::swap(found[chosen], found[farthest - distances.begin()]);
-    std::swap(*first, *farthest);
-  }
+// Moves to the front those that are kept, and returns how many. Of two faces ODE tells every corner of what they share,
+// up to eight. Where their edges lie on each other some of these are in the middle of an edge, and anywhere along it:
+// where the edges cross is a matter of the last bit.
+int KeepFew(Found& found, int count) {
+  if (count <= Manifold::kPointsPerNormal) return count;
+  std::array<MeetingPoint, kFoundMax> points;
+  for (int i = 0; i < count; ++i) points[i] = {.position = PositionOf(found[i]), .depth = found[i].depth};
+  const FewPoints few = ChooseFew(std::span(points).first(count));
+  for (int i = 0; i < few.count; ++i) found[i] = found[few.places[i]];
+  return few.count;
 }
 
 // ODE has no direction in which to push a sphere whose centre lies on the axis of a cylinder, and tells none that is
@@ -81,13 +68,11 @@ uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<Cont
   if (IsForNarrowPhase(a.shape(), b.shape())) return FindOurPoints(a, b, points);
   Found found;
   // ODE's normals point into the first geometry.
-  const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));
-  if (count > kPointsMax) PutBestFirst(found, count);
-  const int kept = std::min(count, kPointsMax);
+  const int kept = KeepFew(found, dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom)));
   for (int i = 0; i < kept; ++i) {
     const dContactGeom& contact = found[i];
     ContactPoint& point = points.emplace_back();
-    point.position = {contact.pos[0], contact.pos[1], contact.pos[2]};
+    point.position = PositionOf(contact);
     point.normal = {contact.normal[0], contact.normal[1], contact.normal[2]};
     if (!point.normal.allFinite()) point.normal = AcrossCylinder(a, b);
     point.depth = contact.depth - a.Skin(point.normal) - b.Skin(point.normal);
