@@ -32,9 +32,7 @@ class Stopwatch {
     while (runs < kRunsMax && spent < kTurnSeconds) {
       // What had to settle stays as it is, and the next turn goes on from there.
       if (!simulation_ || settling_ == 0) Start();
-      const double begin = ProcessorTime();
-      for (long i = 0; i < steps_; ++i) simulation_->Step(step_);
-      spent += ProcessorTime() - begin;
+      spent += simulation_->TimedSteps(step_, steps_);
       ++runs;
     }
     return spent / (runs * problem_.duration);
@@ -42,6 +40,8 @@ class Stopwatch {
 
  private:
   void Start() {
+    // Some can have one at a time only.
+    simulation_.reset();
     simulation_ = contender_.start(problem_.scene);
     for (long i = 0; i < settling_; ++i) simulation_->Step(step_);
   }

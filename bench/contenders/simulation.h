@@ -24,6 +24,8 @@ class Simulation {
   virtual ~Simulation() = default;
 
   virtual void Step(double step_size) = 0;
+  /// Takes `count` steps and returns the processor time that they took, s.
+  virtual double TimedSteps(double step_size, long count);
   virtual Motion MotionOf(size_t body) const = 0;
 
   /// From now on `force` (N) and `torque` (N*m), in world coordinates, act on the centre of mass of `body`.

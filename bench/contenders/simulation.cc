@@ -1,0 +1,13 @@
+#include "simulation.h"
+
+#include "clock.h"
+
+namespace genphys::bench {
+
+double Simulation::TimedSteps(double step_size, long count) {
+  const double begin = ProcessorTime();
+  for (long i = 0; i < count; ++i) Step(step_size);
+  return ProcessorTime() - begin;
+}
+
+}  // namespace genphys::bench
