@@ -1,10 +1,13 @@
 // Measures how right and how dear steps are: see README.md.
+#include <signal.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <fstream>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -13,6 +16,7 @@
 #include "bars.h"
 #include "genphys/builtin_backends.h"
 #include "measure.h"
+#include "peers/peer.h"
 #include "problem.h"
 #include "results.h"
 #include "support/machine.h"
@@ -22,6 +26,8 @@ namespace {
 
 struct CommandLine {
   std::string json;
+  std::string peers_json;
+  std::vector<std::string> peers;
   std::vector<std::string> problems;
   std::vector<std::string> contenders;
   std::vector<int> rates;
@@ -35,6 +41,10 @@ struct CommandLine {
 
 void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--json", line.json, "file to write the results to");
+  app.add_option("--peer", line.peers,
+                 "another engine: its name, =, and a program that simulates with it (bench/peers); may be repeated")
+      ->allow_extra_args(false);
+  app.add_option("--peers-json", line.peers_json, "file to write the results of peers to");
   app.add_option("--problem", line.problems, "only this problem and its variants, as in C5; may be repeated")
       ->allow_extra_args(false);
   app.add_option("--contender", line.contenders, "only those whose name has this in it; may be repeated")
@@ -61,6 +71,7 @@ class Session {
   Session(const CommandLine& line, const BackendRegistry& registry)
       : line_(line),
         contenders_(line.frontier ? FrontierContenders(registry) : Contenders(registry, line.engine_only)) {
+    for (const std::string& description : line.peers) Add(description);
     for (Problem& problem : Problems()) {
       const bool wanted = IsWanted(line.problems, [&](const std::string& name) {
         return problem.id == name || problem.id.starts_with(name + '.');
@@ -90,7 +101,7 @@ class Session {
   }
 
   Results Take() {
-    Results results{.date = Now()};
+    Results results{.date = Now(), .peers = peers_};
     for (const Problem& problem : problems_) {
       for (const int rate : problem.rates) {
         if (IsRateWanted(problem, rate)) Take(problem, rate, results);
@@ -103,6 +114,17 @@ class Session {
 
  private:
   using Place = std::tuple<std::string, std::string, int>;
+
+  // The others are measured whatever is wrong with one.
+  void Add(const std::string& description) {
+    try {
+      Peer peer = StartPeer(description);
+      peers_[peer.contender.name] = peer.about;
+      contenders_.push_back(std::move(peer.contender));
+    } catch (const std::exception& exception) {
+      std::fprintf(stderr, "%s is left out: %s\n", description.c_str(), exception.what());
+    }
+  }
 
   bool IsRateWanted(const Problem& problem, int rate) const {
     if (!line_.rates.empty()) return std::ranges::find(line_.rates, rate) != line_.rates.end();
@@ -145,9 +167,16 @@ class Session {
   const CommandLine& line_;
   std::vector<Problem> problems_;
   std::vector<Contender> contenders_;
+  std::map<std::string, std::string> peers_;  // what each tells of itself
   std::set<Place> barred_;
   std::set<Place> costly_;
 };
+
+void WriteFile(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text << std::flush;
+  if (!file) throw std::runtime_error(path + " cannot be written");
+}
 
 int Measure(const CommandLine& line) {
   const BackendRegistry registry = BuiltinBackends();
@@ -157,10 +186,9 @@ int Measure(const CommandLine& line) {
     return EXIT_SUCCESS;
   }
   const Results results = session.Take();
-  if (!line.json.empty()) {
-    std::ofstream file(line.json);
-    file << ToJson(results, session.problems(), registry) << std::flush;
-    if (!file) throw std::runtime_error(line.json + " cannot be written");
+  if (!line.json.empty()) WriteFile(line.json, ToJson(results, Part::kOurs, session.problems(), registry));
+  if (!line.peers_json.empty() && !results.peers.empty()) {
+    WriteFile(line.peers_json, ToJson(results, Part::kPeers, session.problems(), registry));
   }
   if (!line.bars) return EXIT_SUCCESS;
   return PrintBars(results.results) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
@@ -171,6 +199,8 @@ int Measure(const CommandLine& line) {
 
 int main(int argc, char** argv) {
   using namespace genphys::bench;  // NOLINT(google-build-using-namespace): main itself cannot be inside
+  // A peer that ends is told by its pipe, like any other failure.
+  signal(SIGPIPE, SIG_IGN);
   CommandLine line;
   CLI::App app("Measures errors against known answers, and what they cost.", "script/bench accuracy");
   Declare(app, line);

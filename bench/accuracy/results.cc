@@ -27,10 +27,10 @@ void Write(std::ostream& out, const Result& result) {
 }
 
 // By contender, then by steps per second.
-void WriteResults(std::ostream& out, const std::string& problem, const std::vector<Result>& results) {
+void WriteResults(std::ostream& out, const std::string& problem, const std::vector<const Result*>& results) {
   std::map<std::string, std::vector<const Result*>> by_contender;
-  for (const Result& result : results) {
-    if (result.problem == problem) by_contender[result.contender].push_back(&result);
+  for (const Result* result : results) {
+    if (result->problem == problem) by_contender[result->contender].push_back(result);
   }
   const char* separator = "";
   for (const auto& [contender, found] : by_contender) {
@@ -44,7 +44,7 @@ void WriteResults(std::ostream& out, const std::string& problem, const std::vect
   }
 }
 
-void Write(std::ostream& out, const Problem& problem, const std::vector<Result>& results) {
+void Write(std::ostream& out, const Problem& problem, const std::vector<const Result*>& results) {
   out << "    {\"id\": " << Quoted(problem.id) << ", \"title\": " << Quoted(problem.title)
       << ",\n     \"error\": " << Quoted(problem.error)
       << ", \"first_order\": " << (problem.first_order ? "true" : "false")
@@ -55,18 +55,31 @@ void Write(std::ostream& out, const Problem& problem, const std::vector<Result>&
 
 }  // namespace
 
-std::string ToJson(const Results& results, const std::vector<Problem>& problems, const BackendRegistry& registry) {
+std::string ToJson(const Results& results, Part part, const std::vector<Problem>& problems,
+                   const BackendRegistry& registry) {
+  std::vector<const Result*> mine;
+  for (const Result& result : results.results) {
+    if (results.peers.contains(result.contender) == (part == Part::kPeers)) mine.push_back(&result);
+  }
   std::ostringstream out;
   out << "{\n  \"benchmark\": \"accuracy\",\n  \"date\": " << Quoted(results.date) << ",\n";
   WriteMachine(out);
   out << "  \"versions\": {\n    ";
   WriteEngines(out, registry);
   out << "\n  },\n  \"calibration\": " << Number(results.calibration) << ",\n";
-  out << "  \"problems\": [\n";
   const char* separator = "";
+  if (part == Part::kPeers) {
+    out << "  \"peers\": {";
+    for (const auto& [name, about] : results.peers) {
+      out << std::exchange(separator, ",") << "\n    " << Quoted(name) << ": " << about;
+    }
+    out << "\n  },\n";
+    separator = "";
+  }
+  out << "  \"problems\": [\n";
   for (const Problem& problem : problems) {
     out << std::exchange(separator, ",\n");
-    Write(out, problem, results.results);
+    Write(out, problem, mine);
   }
   out << "\n  ]\n}\n";
   return out.str();
