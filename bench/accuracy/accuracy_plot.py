@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 Points = list[tuple[float, float]]
 Styles = dict[str, tuple[str, str]]
@@ -13,10 +14,25 @@ STYLES = {
     "genphys-bullet-accurate": ("#8c4a00", ""),
     "raw-ode-step": ("#4c78a8", "2 3"), "raw-ode-quick": ("#4c78a8", "6 3"), "raw-bullet": ("#f58518", "6 3"),
 }
+PEER_COLORS = {
+    "peer-drake": "#2a9d3a", "peer-jolt": "#d62728", "peer-mujoco": "#7b3fbf", "peer-mujoco-rk4": "#c77dff",
+    "peer-pybullet": "#17a2a2", "peer-rapier": "#e377c2",
+}
 LEAST = 1e-16
 """Errors of zero are drawn there."""
+MOST = 1e3
+"""Errors of peers that are more are drawn there: they blew up, and others are to be seen beside them."""
 
 _COLUMNS, _WIDTH, _HEIGHT, _MARGIN = 3, 270, 210, 46
+
+
+def is_peer(name: str) -> bool:
+    """Whether a contender is another engine, whose lines are thin."""
+    return name.startswith("peer-")
+
+
+def peer_styles(names: Iterable[str]) -> Styles:
+    return {name: (PEER_COLORS.get(name, "#888888"), "3 2") for name in names}
 
 
 def _decades(values: list[float]) -> tuple[int, int]:
@@ -34,7 +50,8 @@ def _power(exponent: int) -> str:
 
 def panel(title: str, lines: dict[str, Points], left: float, top: float, styles: Styles) -> list[str]:
     """Cost in microseconds per simulated second to the right, error upwards."""
-    drawn = {name: [(1e6 * cpu, max(error, LEAST)) for cpu, error in line] for name, line in lines.items() if line}
+    drawn = {name: [(1e6 * cpu, max(min(error, MOST) if is_peer(name) else error, LEAST)) for cpu, error in line]
+             for name, line in lines.items() if line}
     costs = [cpu for line in drawn.values() for cpu, _ in line]
     errors = [error for line in drawn.values() for _, error in line]
     (x_low, x_high), (y_low, y_high) = _decades(costs), _decades(errors)
@@ -60,9 +77,11 @@ def panel(title: str, lines: dict[str, Points], left: float, top: float, styles:
     for name, line in drawn.items():
         color, dash = styles.get(name, ("#888888", ""))
         path = " ".join(f"{x(cost):.1f},{y(error):.1f}" for cost, error in line)
-        parts.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="1.5"'
+        thickness, dot = ("0.8", f'r="1.8" fill="white" stroke="{color}" stroke-width="0.8"') if is_peer(name) else (
+            "1.5", f'r="2" fill="{color}"')
+        parts.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{thickness}"'
                      + (f' stroke-dasharray="{dash}"' if dash else "") + "/>")
-        parts += [f'<circle cx="{x(cost):.1f}" cy="{y(error):.1f}" r="2" fill="{color}"/>' for cost, error in line]
+        parts += [f'<circle cx="{x(cost):.1f}" cy="{y(error):.1f}" {dot}/>' for cost, error in line]
     return parts
 
 
@@ -70,12 +89,13 @@ def picture(panels: list[tuple[str, dict[str, Points]]], styles: Styles = STYLES
     """All panels on one sheet, with one legend: color and dashes of each line by its name."""
     rows = math.ceil(len(panels) / _COLUMNS)
     width = _COLUMNS * _WIDTH
-    legend = 3 * 16 + 12
+    legend = max(3, math.ceil(len(styles) / 3)) * 16 + 12
     height = legend + rows * _HEIGHT + 16
     parts = []
     for place, (name, (color, dash)) in enumerate(styles.items()):
         left, top = 12 + place % 3 * _WIDTH, 14 + place // 3 * 16
-        parts += [f'<line x1="{left}" x2="{left + 28}" y1="{top}" y2="{top}" stroke="{color}" stroke-width="2"'
+        parts += [f'<line x1="{left}" x2="{left + 28}" y1="{top}" y2="{top}" stroke="{color}" '
+                  f'stroke-width="{1 if is_peer(name) else 2}"'
                   + (f' stroke-dasharray="{dash}"' if dash else "") + "/>", _text(left + 36, top + 4, name, "start")]
     for place, (title, lines) in enumerate(panels):
         parts += panel(title, lines, place % _COLUMNS * _WIDTH, legend + place // _COLUMNS * _HEIGHT, styles)

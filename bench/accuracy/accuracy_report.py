@@ -4,29 +4,27 @@
 Usage: accuracy_report.py <folder with accuracy.json> [--record]
        accuracy_report.py --check
 
-Page and pictures go beside accuracy.json. With --record all become those of the tree. With --check nothing is written:
-it says whether the page of the tree is what the recorded results say.
+Page and pictures go beside accuracy.json; accuracy-peers.json is a part of it if it is there. With --record all become
+those of the tree; a file in which nothing was measured leaves the recorded one as it is. With --check nothing is
+written: it says whether the page of the tree is what the recorded results say.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import pathlib
 import re
 import sys
 from typing import Any
 
-from accuracy_plot import picture
+from accuracy_numbers import FLOOR, Points, error_at, number, order, points, table
+from accuracy_plot import STYLES, peer_styles, picture
+import peers_report
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 RESULTS = TREE / "bench" / "results" / "accuracy.json"
+PEERS = RESULTS.with_name("accuracy-peers.json")
 PAGE = TREE / "docs" / "accuracy.md"
-
-FLOOR = 1e-12
-"""Errors below it are equal: they are rounding."""
-NOISE = 1.1
-"""By what factor two measurements of the same cost differ on a busy machine."""
 
 FAMILIES = {
     "A": ("Free bodies", "Nothing touches them."),
@@ -60,55 +58,11 @@ COLUMNS = {
 }
 RAW_OF = {"ode": ("raw-ode-step", "raw-ode-quick"), "bullet": ("raw-bullet",)}
 
-Points = list[tuple[float, float]]
-
 
 def family_of(problem: str) -> str:
     head = re.match(r"[A-Z]\d*", problem).group()
     head = _FAMILY_OF.get(head, head)
     return head if head in FAMILIES else head[0]
-
-
-def number(value: float | None) -> str:
-    if value is None:
-        return "failed"
-    if value == 0:
-        return "0"
-    if value < FLOOR:
-        return "< 1e-12"
-    mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{value:.2g}" if -3 <= int(exponent) <= 3 else f"{mantissa}e{int(exponent)}"
-
-
-def points(problem: dict[str, Any], contender: str) -> Points:
-    """Cost per simulated second and error, cheapest first."""
-    cells = problem["results"].get(contender, {}).values()
-    return sorted((cell["cpu"], cell["error"]) for cell in cells if cell.get("cpu") and "error" in cell)
-
-
-def order(problem: dict[str, Any], contender: str) -> float | None:
-    """Of convergence: by least squares over the finest steps whose errors are not rounding, at least three."""
-    cells = problem["results"].get(contender, {})
-    known = [(math.log(int(rate)), math.log(cell["error"])) for rate, cell in cells.items() if cell.get("error", 0) > FLOOR]
-    known = sorted(known)[-4:]
-    if len(known) < 3:
-        return None
-    mean_x, mean_y = (sum(column) / len(known) for column in zip(*known))
-    spread = sum((x - mean_x) ** 2 for x, _ in known)
-    return -sum((x - mean_x) * (y - mean_y) for x, y in known) / spread
-
-
-def error_at(ours: Points, cost: float) -> float | None:
-    """The least error that our points reach at that cost, between them along straight lines of logarithms."""
-    affordable = [error for cpu, error in ours if cpu <= cost * NOISE]
-    if not affordable:
-        return None
-    best = min(affordable)
-    for (cpu_a, error_a), (cpu_b, error_b) in zip(ours, ours[1:]):
-        if cpu_a <= cost < cpu_b and error_a > 0 and error_b > 0:
-            part = math.log(cost / cpu_a) / math.log(cpu_b / cpu_a)
-            best = min(best, math.exp(math.log(error_a) + part * math.log(error_b / error_a)))
-    return best
 
 
 def behind(problem: dict[str, Any], engine: str) -> list[tuple[str, float, float, float]]:
@@ -122,10 +76,6 @@ def behind(problem: dict[str, Any], engine: str) -> list[tuple[str, float, float
             if reached and min(reached) > max(error, FLOOR) * 1.01:
                 found.append((raw, cost, error, min(reached)))
     return found
-
-
-def table(rows: list[list[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in [rows[0], ["---"] * len(rows[0]), *rows[1:]])
 
 
 def errors_table(problems: list[dict[str, Any]], rate: str) -> str:
@@ -208,7 +158,7 @@ def pictures(data: dict[str, Any]) -> dict[str, str]:
         panels = [(each["id"], {name: points(each, name) for name in each["results"]}) for each in problems]
         panels = [(name, lines) for name, lines in panels if any(len(line) > 1 for line in lines.values())]
         if panels:
-            drawn[f"accuracy-{family.lower()}.svg"] = picture(panels)
+            drawn[f"accuracy-{family.lower()}.svg"] = picture(panels, STYLES | peer_styles(peers_report.titles(data)))
     return drawn
 
 
@@ -216,6 +166,9 @@ def page(data: dict[str, Any]) -> str:
     drawn = pictures(data)
     parts = [INTRODUCTION.format(machine=machine(data)), "## Where an engine alone is ahead at equal cost", BEHIND,
              exceptions([each for each in data["problems"] if family_of(each["id"]) in FAMILIES])]
+    if "peers" in data:
+        parts += ["## Where a peer is ahead of us at equal cost", peers_report.AHEAD,
+                  peers_report.ahead_table(data, [each for each in data["problems"] if family_of(each["id"]) in FAMILIES])]
     for family, (title, about) in FAMILIES.items():
         problems = [each for each in data["problems"] if family_of(each["id"]) == family]
         if not any(problem["results"] for problem in problems):
@@ -223,10 +176,18 @@ def page(data: dict[str, Any]) -> str:
         parts += [f"## {title}", about, *[text for text in (errors_table(problems, rate) for rate in RATES[:2]) if text]]
         if orders := orders_table(problems):
             parts += ["Order of convergence, where smaller steps help:", orders]
+        if "peers" in data:
+            parts += [text for text in (peers_report.errors_table(data, problems, rate) for rate in RATES[:2]) if text]
         if f"accuracy-{family.lower()}.svg" in drawn:
             parts.append(f"![Error against cost: {title}](accuracy-{family.lower()}.svg)")
-    if costs := costs_table([each for each in data["problems"] if each["id"].startswith("T.")]):
+    large = [each for each in data["problems"] if each["id"].startswith("T.")]
+    if costs := costs_table(large):
         parts += ["## Cost of large scenes", "In parentheses: over the engine alone.", costs]
+    if "peers" in data:
+        parts += [text for text in (peers_report.costs_table(data, large),) if text]
+        parts += ["## Peers", peers_report.ABOUT.format(where=peers_report.where_measured(data)),
+                  peers_report.about_table(data), peers_report.REFUSED]
+        parts += [text for text in (peers_report.failures_table(data),) if text]
     return "\n\n".join(parts) + "\n"
 
 
@@ -255,6 +216,23 @@ engine reaches at that cost with any preset and step size, if it has an answer a
 equal. Where the engine alone is more accurate it is named, with the reason."""
 
 
+def load(results: pathlib.Path, peers: pathlib.Path) -> dict[str, Any]:
+    data = json.loads(results.read_text())
+    return peers_report.joined(data, json.loads(peers.read_text())) if peers.is_file() else data
+
+
+def record(folder: pathlib.Path) -> None:
+    """Makes what was measured that of the tree."""
+    RESULTS.parent.mkdir(exist_ok=True)
+    for recorded in (RESULTS, PEERS):
+        measured = folder / recorded.name
+        if measured.is_file() and any(problem["results"] for problem in json.loads(measured.read_text())["problems"]):
+            recorded.write_text(measured.read_text())
+        elif recorded.is_file():
+            print(f"{recorded.relative_to(TREE)} stays: nothing of it was measured")
+    write(load(RESULTS, PEERS), PAGE)
+
+
 def write(data: dict[str, Any], path: pathlib.Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page(data))
@@ -263,11 +241,11 @@ def write(data: dict[str, Any], path: pathlib.Path) -> None:
 
 
 def check() -> int:
-    data = json.loads(RESULTS.read_text())
+    data = load(RESULTS, PEERS)
     wanted = {PAGE: page(data)} | {PAGE.with_name(name): text for name, text in pictures(data).items()}
     stale = [path for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
     for path in stale:
-        print(f"{path.relative_to(TREE)} is not what bench/results/accuracy.json says: run script/bench accuracy --record")
+        print(f"{path.relative_to(TREE)} is not what bench/results says: run script/bench accuracy --record")
     missing = unexplained(data)
     if missing:
         print(f"accuracy_report.py does not say why an engine alone is ahead in {', '.join(missing)}")
@@ -281,13 +259,9 @@ def main(arguments: list[str]) -> int:
         print(__doc__, file=sys.stderr)
         return 2
     folder = pathlib.Path(arguments[0])
-    text = (folder / "accuracy.json").read_text()
-    data = json.loads(text)
-    write(data, folder / PAGE.name)
+    write(load(folder / RESULTS.name, folder / PEERS.name), folder / PAGE.name)
     if arguments[1:]:
-        RESULTS.parent.mkdir(exist_ok=True)
-        RESULTS.write_text(text)
-        write(data, PAGE)
+        record(folder)
     print(f"The report is {PAGE if arguments[1:] else folder / PAGE.name}")
     return 0
 
