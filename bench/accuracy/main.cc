@@ -60,6 +60,10 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_flag("--quick", line.quick, "60, 240 and 1000 steps per second, one round");
   app.add_flag("--bars", line.bars, "only what a bar is set for; says which are held, and fails if one is not");
   app.add_flag("--list", line.list, "names problems and contenders");
+  app.footer(
+      "script/bench accuracy also knows --record, which makes the results those of the tree, and --peers, which "
+      "installs\n"
+      "other engines and measures them too: see bench/accuracy/README.md.");
 }
 
 bool IsWanted(const std::vector<std::string>& wanted, const auto& matches) {
