@@ -115,6 +115,32 @@ TEST_P(Impacts, AreNotMissedByThoseWhoGraze) {
   }
 }
 
+// At the end of the step the second ball lies in the third, and the first in the second. It would have hit that first,
+// so that their impact waits for its own; but it is hit from aside before, and flies past.
+TEST_P(Impacts, HappenThatHadToWaitForWhatDidNot) {
+  constexpr double kStepSize = 0.1, kAside = 50;
+  const auto world = WorldOf(GetParam(), kStepSize, Vector3::Zero());
+  Do(*world, SetStepper{{.step_size = kStepSize, .substeps = 1}});
+  const auto add = [&](const Vector3& position, const Vector3& velocity) {
+    EntityDesc ball = Bouncing(Ball(position, 0.5), 1);
+    ball.rigid_body->geometries[0].material.friction = 0;
+    ball.rigid_body->linear_velocity = velocity;
+    return Add(*world, ball);
+  };
+  const EntityId first = add({-1.6, 0, 5}, {20, 0, 0}), second = add({0, 0, 5}, {10, 0, 0});
+  const EntityId third = add({1.8, 0, 5}, {0, 0, 0}), aside = add({-1.6, -2.5, 5}, {20, kAside, 0});
+
+  Steps(*world, 1);
+
+  const double late = 2 * ImpactDepth(kAside, kStepSize);  // m
+  EXPECT_LE((VelocityOf(*world, first) - Vector3(20, kAside, 0)).norm(), late * kAside);
+  EXPECT_LE((VelocityOf(*world, aside) - Vector3(20, 0, 0)).norm(), late * kAside);
+  EXPECT_LE(VelocityOf(*world, second).norm(), kRounding);
+  EXPECT_LE((VelocityOf(*world, third) - Vector3(10, 0, 0)).norm(), kRounding);
+  EXPECT_LE((PositionOf(*world, second) - Vector3(0.8, 0, 5)).norm(), late);
+  EXPECT_LE((PositionOf(*world, third) - Vector3(2, 0, 5)).norm(), late);
+}
+
 TEST_P(Impacts, PassThroughACradle) {
   for (const double gap : {0.0, 1e-3}) {
     const auto world = WorldOf(GetParam(), 1.0 / 240, Vector3::Zero());
