@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <future>
 #include <memory>
 #include <stdexcept>
@@ -66,6 +67,45 @@ TEST(WorkerPool, SurvivesATaskThatThrows) {
   pool.Post([&] { done.set_value(); });
 
   EXPECT_EQ(done.get_future().wait_for(kPatience), std::future_status::ready);
+}
+
+TEST(WorkerPool, IsShortWhileATaskWaitsThatNoIdleWorkerTakes) {
+  WorkerPool pool(1);
+  std::promise<void> begun, released, done;
+  pool.Post([&] {
+    begun.set_value();
+    released.get_future().wait();
+  });
+  ASSERT_EQ(begun.get_future().wait_for(kPatience), std::future_status::ready);
+  EXPECT_FALSE(pool.IsShort());
+  pool.Post([&] { done.set_value(); });
+  EXPECT_TRUE(pool.IsShort());
+  released.set_value();
+  ASSERT_EQ(done.get_future().wait_for(kPatience), std::future_status::ready);
+  EXPECT_FALSE(pool.IsShort());
+}
+
+// The world is in that processor's caches.
+TEST(Strand, StaysOnItsWorkerWhileNobodyWaitsForIt) {
+  constexpr int kPosts = 20;
+  WorkerPool pool(2);
+  const auto strand = std::make_shared<Strand>(pool);
+  std::vector<std::thread::id> threads;
+  std::promise<void> done;
+  std::function<Progress()> work = [&] {
+    threads.push_back(std::this_thread::get_id());
+    std::this_thread::sleep_for(2 * kSlice);
+    if (threads.size() < kPosts) {
+      strand->Post(work);
+    } else {
+      done.set_value();
+    }
+    return Progress::kDone;
+  };
+  strand->Post(work);
+  ASSERT_EQ(done.get_future().wait_for(kPatience), std::future_status::ready);
+  Settle(*strand);
+  for (const std::thread::id thread : threads) EXPECT_EQ(thread, threads.front());
 }
 
 TEST(Strand, DoesItsWorkInOrderAndNeverTwoAtATime) {

@@ -1,5 +1,6 @@
 #include "genphys/hosting/drive.h"
 
+#include <chrono>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,10 @@ namespace genphys {
 namespace {
 
 constexpr ReplyFields kFields{v1::DriveResponse::kResponseFieldNumber, v1::DriveResponse::kRefusalFieldNumber};
+
+// While a step is under way the thread that brought it is to read the next request: only one that is over before
+// another thread would have woken is done there.
+constexpr std::chrono::microseconds kBriefStep{20};
 
 // The StepRequest of a DriveRequest.
 Result<Bytes> StepOf(const Bytes& request) {
@@ -113,7 +118,8 @@ Drive::Action Drive::DoRequest() {
     serve_({.method = WorldMethod::kStep,
             .request = *std::move(step),
             .deadline = deadline_,
-            .is_cancelled = [self = shared_from_this()] { return self->cancelled_.load(); }},
+            .is_cancelled = [self = shared_from_this()] { return self->cancelled_.load(); },
+            .here_below = kBriefStep},
            [self = shared_from_this()](const Result<EncodedMessage>& outcome) { self->Answer(outcome); });
   };
 }

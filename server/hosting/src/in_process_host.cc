@@ -127,8 +127,8 @@ void InProcessHost::Handle(WorldCall call, Reply reply) {
   if (pending->call.method == WorldMethod::kGetWorld) {
     return strand_->PostUrgent([self = shared_from_this(), pending] { self->Serve(*pending); });
   }
-  const bool is_quick = pending->call.method == WorldMethod::kStep && pending->call.may_run_here &&
-                        !pending->call.has_commands && is_quick_;
+  const bool is_quick = pending->call.method == WorldMethod::kStep && !pending->call.has_commands &&
+                        last_step_.load() < pending->call.here_below;
   auto serve = [self = shared_from_this(), pending] { return self->Serve(*pending); };
   if (is_quick) {
     strand_->RunOrPost(std::move(serve));
@@ -218,7 +218,7 @@ Progress InProcessHost::ServeStep(Pending& pending) {
   const uint32_t steps_before = pending.step->steps_done();
   const std::optional<Result<EncodedMessage>> outcome = pending.step->Advance(begin + kSlice);
   const uint32_t steps = std::max(pending.step->steps_done() - steps_before, 1u);
-  is_quick_ = (std::chrono::steady_clock::now() - begin) / steps < kQuick;
+  last_step_ = (std::chrono::steady_clock::now() - begin) / steps;
   if (!outcome) return Progress::kAgain;
   // A call that stopped half way must not be done again by a retry either.
   FinishAndKeep(pending, *outcome, outcome->ok() || pending.step->has_effect());

@@ -38,7 +38,7 @@ void StepWorldsCall::BeginMore() {
                    .request = std::exchange(requests_[index], {}),
                    .deadline = deadline_,
                    .is_cancelled = [self = shared_from_this()] { return self->cancelled_.load(); },
-                   .may_run_here = false};
+                   .here_below = {}};
     lock.unlock();
     serve_(std::move(call),
            [self = shared_from_this(), index](const Result<EncodedMessage>& outcome) { self->Finish(index, outcome); });

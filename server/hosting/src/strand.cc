@@ -16,7 +16,7 @@ void Strand::RunOrPost(Work work) {
   if (scheduled_) return;
   scheduled_ = true;
   lock.unlock();
-  TakeTurn(std::chrono::steady_clock::now());
+  TakeTurn(On::kPoster);
 }
 
 void Strand::PostUrgent(std::function<void()> task) {
@@ -28,7 +28,7 @@ void Strand::PostUrgent(std::function<void()> task) {
 void Strand::Schedule(std::unique_lock<std::mutex>& lock) {
   if (std::exchange(scheduled_, true)) return;
   lock.unlock();
-  pool_.Post([self = shared_from_this()] { self->TakeTurn(std::chrono::steady_clock::now() + kSlice); });
+  pool_.Post([self = shared_from_this()] { self->TakeTurn(On::kWorker); });
 }
 
 void Strand::RunUrgent(std::unique_lock<std::mutex>& lock) {
@@ -41,7 +41,13 @@ void Strand::RunUrgent(std::unique_lock<std::mutex>& lock) {
   }
 }
 
-void Strand::TakeTurn(std::chrono::steady_clock::time_point end) {
+void Strand::TakeTurn(On thread) {
+  const auto end = std::chrono::steady_clock::now() + kSlice;
+  // A world is in the caches of the processor that stepped it last: where nobody waits for this worker, it stays.
+  const auto gives_way = [&](Progress progress) {
+    if (thread == On::kPoster) return true;
+    return (progress == Progress::kAgain || std::chrono::steady_clock::now() >= end) && pool_.IsShort();
+  };
   std::unique_lock lock(mutex_);
   bool again = false;
   while (!again) {
@@ -52,7 +58,7 @@ void Strand::TakeTurn(std::chrono::steady_clock::time_point end) {
     lock.unlock();
     const Progress progress = work();
     if (progress == Progress::kDone) work = nullptr;
-    again = progress == Progress::kAgain || std::chrono::steady_clock::now() >= end;
+    again = gives_way(progress);
     lock.lock();
     if (work) work_.push_front(std::move(work));
   }

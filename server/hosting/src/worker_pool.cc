@@ -56,10 +56,17 @@ void WorkerPool::PostAt(Clock::time_point when, Task task) {
   if (is_first) timer_came_.notify_one();
 }
 
+bool WorkerPool::IsShort() const {
+  const std::lock_guard lock(mutex_);
+  return tasks_.size() > idle_;
+}
+
 void WorkerPool::Work() {
   std::unique_lock lock(mutex_);
   while (true) {
+    ++idle_;
     work_came_.wait(lock, [this] { return stopping_ || !tasks_.empty(); });
+    --idle_;
     if (tasks_.empty()) return;
     {
       // Gone before the lock is taken again, for what a task holds may post when it is destroyed.

@@ -26,9 +26,6 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
   /// Requests that may wait for one world, and their bytes; beyond either LIMIT_EXCEEDED.
   static constexpr size_t kMailboxCallsMax = 256;
   static constexpr size_t kMailboxBytesMax = 256 << 20;
-  /// Once a step of this world took less, whoever asks for the next ones may do them on its own thread: waking another
-  /// one takes tens of microseconds.
-  static constexpr std::chrono::microseconds kQuick{500};
 
   /// The world called `name` that `wanted` asks for. `registry` and `pool` outlive it.
   static Result<std::shared_ptr<WorldHost>> Create(const BackendRegistry& registry, WorkerPool& pool,
@@ -65,7 +62,7 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
   std::atomic<size_t> waiting_calls_ = 0;
   std::atomic<size_t> waiting_bytes_ = 0;
   std::atomic<bool> closing_ = false;
-  std::atomic<bool> is_quick_ = false;
+  std::atomic<std::chrono::nanoseconds> last_step_ = std::chrono::nanoseconds::max();  // how long it took
   // On the strand.
   ReplyCache replies_;
   uint64_t play_generation_ = 0;

@@ -9,12 +9,13 @@
 
 namespace genphys {
 
-/// How long one strand keeps a worker before others get their turn, unless a single piece of work takes longer.
+/// How long one strand keeps a worker before others that wait get their turn, unless a single piece of work takes
+/// longer.
 inline constexpr std::chrono::milliseconds kSlice{1};
 
 enum class Progress {
   kDone,   // the work is finished
-  kAgain,  // call it again after others had their turn
+  kAgain,  // call it again after others that wait had their turn
 };
 
 /// Work that never overlaps, on the threads of a pool: one world's worth of it. Work is done in the order of posting;
@@ -34,8 +35,10 @@ class Strand : public std::enable_shared_from_this<Strand> {
   void PostUrgent(std::function<void()> task);
 
  private:
+  enum class On { kWorker, kPoster };
+
   void Schedule(std::unique_lock<std::mutex>& lock);
-  void TakeTurn(std::chrono::steady_clock::time_point end);
+  void TakeTurn(On thread);
   void RunUrgent(std::unique_lock<std::mutex>& lock);
 
   WorkerPool& pool_;

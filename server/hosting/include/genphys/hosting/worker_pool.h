@@ -31,17 +31,21 @@ class WorkerPool {
   /// Posts `task` once `when` is reached.
   void PostAt(Clock::time_point when, Task task);
 
+  /// Whether more tasks wait than workers that have nothing to do.
+  bool IsShort() const;
+
   unsigned threads() const { return static_cast<unsigned>(workers_.size()); }
 
  private:
   void Work();
   void KeepTime();
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable work_came_;
   std::condition_variable timer_came_;
   std::deque<Task> tasks_;
   std::multimap<Clock::time_point, Task> timers_;
+  size_t idle_ = 0;  // workers that have been woken and have not come yet are among them
   bool stopping_ = false;
   std::vector<std::thread> workers_;
   std::thread timekeeper_;

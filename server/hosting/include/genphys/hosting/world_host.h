@@ -35,6 +35,9 @@ enum class WorldMethod : uint8_t {
   kWatchFrames,
 };
 
+/// So long may who waits for a step keep the thread that brought it.
+inline constexpr std::chrono::microseconds kQuickStep{500};
+
 /// One request on its way to a world.
 struct WorldCall {
   WorldMethod method{};
@@ -46,8 +49,9 @@ struct WorldCall {
   /// Whether nobody waits any more; work stops at the next step boundary then. Asked until the reply is made. Empty:
   /// somebody always does.
   std::function<bool()> is_cancelled;
-  /// Whether a quick step may be done on the thread that brings it. False: that one has others to bring.
-  bool may_run_here = true;
+  /// Where the last step took less, this one is done on the thread that brings it: waking another one takes tens of
+  /// microseconds. Zero: it has others to bring.
+  std::chrono::microseconds here_below = kQuickStep;
 
   /// CANCELLED, DEADLINE_EXCEEDED, or OK while somebody waits for the reply.
   Status CheckWanted() const;
