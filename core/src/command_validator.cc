@@ -156,6 +156,10 @@ Status CommandValidator::operator()(const DeleteEntity& command) {
 Status CommandValidator::operator()(const ApplyForce& command) {
   GENPHYS_RETURN_IF_ERROR(CheckDynamic(command.id, "entity_id"));
   GENPHYS_RETURN_IF_ERROR(CheckNumber(command.steps, 1, Limits::kForceStepsMax, "steps"));
+  if (command.sampled && command.steps != 1) {
+    return Refuse(Reason::kInvalidValue, "steps",
+                  "steps must be 1 or unset: a sampled force is told anew for each step");
+  }
   return CheckWrench(command.force, command.torque, command.point, "force", "torque");
 }
 

@@ -42,7 +42,7 @@ void Put(ByteWriter& out, const TouchingPair& value) {
 }
 
 void Put(ByteWriter& out, const PendingForce& value) {
-  const auto& [id, force, torque, point, at_center_of_mass, coordinates, steps_left] = value;
+  const auto& [id, force, torque, point, at_center_of_mass, coordinates, steps_left, is_sampled] = value;
   out.Put(id.packed());
   out.Put(force);
   out.Put(torque);
@@ -50,6 +50,14 @@ void Put(ByteWriter& out, const PendingForce& value) {
   out.Put(at_center_of_mass);
   out.Put(static_cast<uint8_t>(coordinates));
   out.Put(steps_left);
+  out.Put(is_sampled);
+}
+
+void Put(ByteWriter& out, const SampledForce& value) {
+  const auto& [id, force, torque] = value;
+  out.Put(id.packed());
+  out.Put(force);
+  out.Put(torque);
 }
 
 void Put(ByteWriter& out, const Passage& value) {
@@ -105,7 +113,8 @@ void Put(ByteWriter& out, const HalfStep& value) {
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
-               lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep] = state;
+               lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep, samples,
+               samples_step] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -137,6 +146,9 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.Put(uint64_t{half_steps.size()});
   for (const HalfStep& half : half_steps) Put(out, half);
   out.Put(last_substep);
+  out.Put(uint64_t{samples.size()});
+  for (const SampledForce& sample : samples) Put(out, sample);
+  out.Put(samples_step);
 }
 
 }  // namespace genphys

@@ -37,10 +37,12 @@ bool StepRun::MayFly(EntityRow row) const {
   return !scratch_.steered[row] && world_.scene_.entities[Index(row)]->traits.is_free;
 }
 
-// Forces that turn a body, or turn with it, leave its flight without a closed form.
+// Forces that turn a body, or turn with it, or change in the step, leave its flight without a closed form.
 void StepRun::MarkSteered() {
   for (const PendingForce& force : world_.layer_.forces) {
-    if (force.at_center_of_mass && force.coordinates == Coordinates::kWorld && force.torque.isZero(0)) continue;
+    if (!force.is_sampled && force.at_center_of_mass && force.coordinates == Coordinates::kWorld &&
+        force.torque.isZero(0))
+      continue;
     scratch_.steered.Mark(EntityRow{force.id.index()});
   }
 }

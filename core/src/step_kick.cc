@@ -41,20 +41,64 @@ bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
 
 }  // namespace
 
+// About the centre of mass, in world coordinates.
+Wrench StepRun::WrenchOf(const PendingForce& pending) const {
+  const EntityRow row{pending.id.index()};
+  const Pose pose = state_.pose(row);
+  const bool own = pending.coordinates == Coordinates::kEntity;
+  Wrench sum;
+  sum.force = own ? Vector3(pose.orientation * pending.force) : pending.force;
+  sum.torque += own ? Vector3(pose.orientation * pending.torque) : pending.torque;
+  if (pending.at_center_of_mass) return sum;
+  const Vector3& center = world_.scene_.entities[Index(row)]->mass.center_of_mass;
+  sum.torque += (pose.orientation * (pending.point - center)).cross(sum.force);
+  return sum;
+}
+
 void StepRun::GatherForces() {
   scratch_.wrenches.Clear();
   for (const PendingForce& pending : world_.layer_.forces) {
-    const EntityRow row{pending.id.index()};
-    const Pose pose = state_.pose(row);
-    const bool own = pending.coordinates == Coordinates::kEntity;
-    const Vector3 force = own ? Vector3(pose.orientation * pending.force) : pending.force;
-    Wrench& sum = scratch_.wrenches[row];
-    sum.force += force;
-    sum.torque += own ? Vector3(pose.orientation * pending.torque) : pending.torque;
-    if (pending.at_center_of_mass) continue;
-    const Vector3& center = world_.scene_.entities[Index(row)]->mass.center_of_mass;
-    sum.torque += (pose.orientation * (pending.point - center)).cross(force);
+    if (pending.is_sampled) continue;
+    const Wrench wrench = WrenchOf(pending);
+    Wrench& sum = scratch_.wrenches[EntityRow{pending.id.index()}];
+    sum.force += wrench.force;
+    sum.torque += wrench.torque;
   }
+}
+
+// Samples are those of the boundary at which the step begins, and stay the same through it.
+void StepRun::GatherSamples() {
+  for (const PendingForce& pending : world_.layer_.forces) {
+    if (!pending.is_sampled) continue;
+    const EntityRow row{pending.id.index()};
+    const Wrench wrench = WrenchOf(pending);
+    Wrench& sum = scratch_.samples[row];
+    sum.force += wrench.force;
+    sum.torque += wrench.torque;
+    scratch_.is_sampled.Mark(row);
+  }
+  for (const SampledForce& last : world_.layer_.samples) {
+    const EntityRow row{last.id.index()};
+    if (state_.ids[Index(row)] != last.id) continue;
+    scratch_.last_samples[row] = {last.force, last.torque};
+    scratch_.was_sampled.Mark(row);
+  }
+}
+
+// Adds what is sampled to what acts in this substep, and returns what the last step gets of it afterwards (m/s and
+// N*m*s): there the force went straight from its sample to this one, which was not known then (velocity Verlet: Swope
+// et al., J. Chem. Phys. 76, 1982). What is paid anyway of the last substep is counted in.
+Push StepRun::AddSample(Mover& mover) const {
+  const bool is_sampled = scratch_.is_sampled[mover.row], was_sampled = scratch_.was_sampled[mover.row];
+  if (!is_sampled && !was_sampled) return {};
+  const double mass = world_.scene_.entities[Index(mover.row)]->mass.mass;
+  const Wrench &now = std::as_const(scratch_.samples)[mover.row],
+               &last = std::as_const(scratch_.last_samples)[mover.row];
+  mover.field.acceleration += now.force / mass;
+  mover.field.torque += now.torque;
+  if (!is_first_) return {};
+  const double time = (is_sampled && was_sampled ? world_.layer_.samples_step / 2 : 0) - mover.past;
+  return {time / mass * (now.force - last.force), time * (now.torque - last.torque)};
 }
 
 void StepRun::GatherFields(double h) {
@@ -124,10 +168,12 @@ void StepRun::KickMover(Mover& mover, double h) {
     const Wrench& wrench = std::as_const(scratch_.field_wrenches)[mover.row];
     mover.field = {wrench.force / mass.mass, wrench.torque};
   }
+  const Push late = AddSample(mover);
   // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
   const HalfStep& half = world_.layer_.half_steps[row];
-  Vector3 linear = state_.linear_velocities.col(row) + half.steady_kick + mover.past * mover.field.acceleration;
-  mover.twist = half.steady_twist + mover.past * mover.field.torque;
+  Vector3 linear =
+      state_.linear_velocities.col(row) + half.steady_kick + mover.past * mover.field.acceleration + late.acceleration;
+  mover.twist = half.steady_twist + mover.past * mover.field.torque + late.torque;
   mover.momentum += mover.yield * mover.twist;
   Brake(mover, mover.past + h / 2, linear, mover.momentum);
   linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);

@@ -20,6 +20,17 @@ void StepRun::FinishNetForces() {
 }
 
 void StepRun::CountForcesDown() {
+  std::vector<SampledForce>& samples = world_.layer_.samples;
+  samples.clear();
+  for (const PendingForce& force : world_.layer_.forces) {
+    const EntityRow row{force.id.index()};
+    if (!force.is_sampled || !scratch_.is_sampled[row]) continue;
+    scratch_.is_sampled.Unmark(row);
+    const Wrench& sum = scratch_.samples[row];
+    samples.push_back({force.id, sum.force, sum.torque});
+  }
+  std::ranges::sort(samples, {}, &SampledForce::id);
+  world_.layer_.samples_step = samples.empty() ? 0 : step_size_;
   for (PendingForce& force : world_.layer_.forces) --force.steps_left;
   std::erase_if(world_.layer_.forces, [](const PendingForce& force) { return force.steps_left == 0; });
 }

@@ -91,7 +91,10 @@ class StepRun {
   void FinishFlight();
 
   // Forces (step_kick.cc).
+  Wrench WrenchOf(const PendingForce& pending) const;
   void GatherForces();
+  void GatherSamples();
+  Push AddSample(Mover& mover) const;
   void GatherFields(double h);
   Push SteadyPush(EntityRow row) const;
   void BeginMover(Mover& mover);
@@ -144,6 +147,7 @@ class StepRun {
   double substep_ = 0;  // s
   Solver solver_ = Solver::kAutomatic;
   bool ran_ = false;      // something was moved
+  bool is_first_ = true;  // substep
   bool settled_ = false;  // no impacts are left
   StateArrays& state_;
   StepScratch& scratch_;

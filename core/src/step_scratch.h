@@ -16,11 +16,15 @@ struct StepScratch {
 
   RowValues<Wrench> wrenches{Wrench{}};               // of commands
   RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields
+  RowValues<Wrench> samples{Wrench{}};                // of sampled forces of this step
+  RowValues<Wrench> last_samples{Wrench{}};           // of the last one
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
   RowValues<int> struck_index{-1};                    // of impacts
   RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<double> earliest{0};                      // of impacts, s before the end
   RowMarks flew;                                      // in flight before the solve
+  RowMarks is_sampled;                                // has one of `samples`
+  RowMarks was_sampled;                               // has one of `last_samples`
   RowMarks jointed;                                   // a joint holds it
   RowMarks held;                                      // something touches or holds it
   RowMarks changed;                                   // place or velocity, in the last impacts
@@ -33,8 +37,8 @@ struct StepScratch {
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
-    reset(wrenches, field_wrenches, accelerations, struck_index, swept_index, earliest, flew, jointed, held, changed,
-          moved, tested, flies, steered, strays, pushed);
+    reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
+          swept_index, earliest, flew, jointed, held, changed, moved, tested, flies, steered, strays, pushed);
   }
 };
 

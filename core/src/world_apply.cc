@@ -88,9 +88,11 @@ void World::ApplyOne(const Command& command) {
     Kick(*impulse);
   } else if (const auto* velocity = std::get_if<SetVelocity>(&command)) {
     Halt(velocity->id);
+    ForgetSample(velocity->id);
     SetVelocityNow(*velocity);
   } else if (const auto* pose = std::get_if<SetPose>(&command)) {
     Halt(pose->id);
+    ForgetSample(pose->id);
     pose->over_steps > 0 ? SetOut(*pose) : SetPoseNow(*pose);
   } else if (const auto* rejoin = std::get_if<UpdateJoint>(&command)) {
     Rejoin(*rejoin);
@@ -113,7 +115,8 @@ void World::ApplyOne(const Command& command) {
     for (size_t i = 0; i < columns->ids.size(); ++i) {
       Push(ApplyForce{.id = columns->ids[i],
                       .force = columns->forces[i],
-                      .torque = columns->torques.empty() ? Vector3(Vector3::Zero()) : columns->torques[i]});
+                      .torque = columns->torques.empty() ? Vector3(Vector3::Zero()) : columns->torques[i],
+                      .sampled = columns->sampled});
     }
   } else if (const auto* update = std::get_if<UpdateForceField>(&command)) {
     UpdateField(*update);
@@ -238,6 +241,10 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   const EntityDesc& now = *entity.desc;
   if ((fields.bits & kMovedBy) != 0) Halt(command.id);
   if (fields.Has(EntityField::kLockedAxes)) DropLockedOf(row);
+  if (fields.Has(EntityField::kPose) || fields.Has(EntityField::kLinearVelocity) ||
+      fields.Has(EntityField::kAngularVelocity)) {
+    ForgetSample(command.id);
+  }
   if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
   if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
   if (fields.Has(EntityField::kAngularVelocity)) SetVelocityNow({command.id, {}, now.rigid_body->angular_velocity});
@@ -274,7 +281,7 @@ void World::Push(const ApplyForce& command) {
   if (command.replace) Unforce(command.id);
   WakeIslandOf(row);
   PendingForce force{command.id,          command.force, command.torque, Vector3::Zero(), !command.point.has_value(),
-                     command.coordinates, command.steps};
+                     command.coordinates, command.steps, command.sampled};
   if (command.point) {
     const Pose pose = state_.pose(row);
     force.point = command.coordinates == Coordinates::kEntity
@@ -282,6 +289,11 @@ void World::Push(const ApplyForce& command) {
                       : Vector3(pose.orientation.conjugate() * (*command.point - pose.position));
   }
   layer_.forces.push_back(force);
+}
+
+// What it is put to says all: nothing of the last step is to be added.
+void World::ForgetSample(EntityId id) {
+  std::erase_if(layer_.samples, [&](const SampledForce& sample) { return sample.id == id; });
 }
 
 void World::Kick(const ApplyImpulse& command) {

@@ -144,6 +144,7 @@ void StepRun::Advance() {
   scratch_.Begin(state_.rows());
   ran_ = true;
   GatherForces();
+  GatherSamples();
   joints_.Start(scratch_.jointed);
   for (const EntityRow row : rows_) joints_.Hold(row);
   for (const EntityRow row : kinematic_rows_) joints_.Hold(row);
@@ -280,6 +281,7 @@ void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
 }
 
 void StepRun::Substep(double h, double elapsed) {
+  is_first_ = elapsed == 0;
   for (Mover& mover : movers_) BeginMover(mover);
   joints_.Begin(h);
   GatherFields(h);

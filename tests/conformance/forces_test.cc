@@ -91,6 +91,72 @@ TEST_P(Forces, ColumnsDoWhatTheSameForcesDoOneByOne) {
   EXPECT_EQ(one->state().orientations, columns->state().orientations);
 }
 
+// A spring that the client computes before each step. With samples that is the velocity Verlet method, whose places are
+// those of an oscillation of slightly another frequency: cos(n a) with sin(a / 2) = w h / 2. Whatever the substeps.
+TEST_P(Forces, SampledOnesMoveABodyAsVerletDoes) {
+  constexpr double kMass = 2, kStiffness = 90, kStart = 0.1;
+  constexpr int kSteps = 60;
+  for (const uint32_t substeps : {1u, 2u, 3u}) {
+    const auto world = Weightless(GetParam());
+    Do(*world, SetStepper{{.substeps = substeps}});
+    const EntityId ball = Add(*world, Ball({kStart, 0, 5}, 0.2, kMass));
+    const double h = world->scene().world.stepper.step_size;
+    const double angle = 2 * std::asin(std::sqrt(kStiffness / kMass) * h / 2);
+    for (int i = 1; i <= kSteps; ++i) {
+      const Vector3 pull(-kStiffness * PositionOf(*world, ball).x(), 0, 0);
+      if (i % 2 == 0) {
+        Do(*world, ApplyForce{.id = ball, .force = pull, .sampled = true});
+      } else {
+        Do(*world, ApplyForceColumns{.ids = {ball}, .forces = {pull}, .torques = {}, .sampled = true});
+      }
+      Steps(*world, 1);
+      ASSERT_NEAR(PositionOf(*world, ball).x(), kStart * std::cos(i * angle), kRounding) << i << ", " << substeps;
+    }
+    // Nothing more is known of the course: what it was at last stays what it was.
+    const Vector3 left = VelocityOf(*world, ball);
+    Steps(*world, 3);
+    EXPECT_LE((VelocityOf(*world, ball) - left).norm(), kRounded) << substeps;
+  }
+}
+
+TEST_P(Forces, SampledOnesTurnABodyAsVerletDoes) {
+  constexpr double kStiffness = 2, kStart = 0.1;  // N*m/rad, rad
+  constexpr int kSteps = 60;
+  const auto world = Weightless(GetParam());
+  EntityDesc ball = Ball({0, 0, 5}, 0.5, 1);
+  ball.pose.orientation = Quaternion(Eigen::AngleAxisd(kStart, Vector3::UnitZ()));
+  const EntityId id = Add(*world, ball);
+  const double moment = 0.4 * 0.25, h = world->scene().world.stepper.step_size;
+  const double angle = 2 * std::asin(std::sqrt(kStiffness / moment) * h / 2);
+  const auto turned = [&] { return 2 * std::asin(world->state().pose(EntityRow{id.index()}).orientation.z()); };
+  for (int i = 1; i <= kSteps; ++i) {
+    Do(*world, ApplyForce{.id = id, .torque = {0, 0, -kStiffness * turned()}, .sampled = true});
+    Steps(*world, 1);
+    ASSERT_NEAR(turned(), kStart * std::cos(i * angle), kRounding) << i;
+  }
+}
+
+TEST_P(Forces, SampledOnesForgetTheLastStepOfWhatIsPutElsewhere) {
+  const auto world = Weightless(GetParam());
+  const EntityId ball = Add(*world, Ball({0, 0, 5}, 0.2, 1));
+  Do(*world, ApplyForce{.id = ball, .force = {600, 0, 0}, .sampled = true});
+  Steps(*world, 1);
+  Do(*world, SetVelocity{.id = ball, .linear = Vector3(1, 0, 0)});
+  Do(*world, ApplyForce{.id = ball, .force = {60, 0, 0}, .sampled = true});
+  Steps(*world, 1);
+  EXPECT_NEAR(VelocityOf(*world, ball).x(), 2, kRounded);
+}
+
+TEST_P(Forces, SampledOnesAreOfOneStep) {
+  const auto world = Weightless(GetParam());
+  const EntityId ball = Add(*world, Ball({0, 0, 5}, 0.2, 1));
+  const Command two = ApplyForce{.id = ball, .force = {1, 0, 0}, .steps = 2, .sampled = true};
+  const std::optional<Refusal> refusal = RefusalOf(world->Apply({&two, 1}).status());
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->reason, Reason::kInvalidValue);
+  EXPECT_EQ(refusal->field, "commands[0].apply_force.steps");
+}
+
 TEST_P(Forces, AnImpulseChangesMomentumAtOnce) {
   Proves({Claim::kImpulse});
   const auto world = Weightless(GetParam());

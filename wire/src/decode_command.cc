@@ -77,7 +77,8 @@ Result<Command> Decode(const v1::SetEngine& command) {
 Result<Command> Decode(const v1::ApplyForceColumns& command) {
   ApplyForceColumns decoded{.ids = DecodeIds(command.entity_ids()),
                             .forces = DecodeColumn<Vector3>(command.forces()),
-                            .torques = DecodeColumn<Vector3>(command.torques())};
+                            .torques = DecodeColumn<Vector3>(command.torques()),
+                            .sampled = command.sampled()};
   // The model always has forces; leaving them out is a way of writing that belongs to the wire.
   if (command.forces().empty()) decoded.forces.assign(decoded.ids.size(), Vector3::Zero());
   return decoded;
@@ -147,7 +148,8 @@ Result<ApplyForce> DecodeForce(const v1::ApplyForce& force) {
                     .point = DecodeIf(force.has_point(), force.point()),
                     .coordinates = DecodeCoordinates(force.coordinates()),
                     .steps = force.has_steps() ? force.steps() : 1,
-                    .replace = force.replace()};
+                    .replace = force.replace(),
+                    .sampled = force.sampled()};
 }
 
 Result<Command> DecodeCommand(const v1::Command& command) {

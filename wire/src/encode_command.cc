@@ -38,6 +38,7 @@ struct CommandEncoder {
     force->set_coordinates(EncodeCoordinates(command.coordinates));
     force->set_steps(command.steps);
     force->set_replace(command.replace);
+    force->set_sampled(command.sampled);
   }
 
   void operator()(const ApplyImpulse& command) const {
@@ -81,6 +82,7 @@ struct CommandEncoder {
     EncodeColumn(command.ids, columns->mutable_entity_ids());
     EncodeColumn(command.forces, columns->mutable_forces());
     EncodeColumn(command.torques, columns->mutable_torques());
+    columns->set_sampled(command.sampled);
   }
 
   void operator()(const CreateJoint& command) const {

@@ -256,6 +256,7 @@ class Commands:
         coordinates: str = "world",
         steps: int | None = None,
         replace: bool = False,
+        sampled: bool = False,
     ) -> None:
         """Pushes an entity from the next step on.
 
@@ -267,8 +268,12 @@ class Commands:
             coordinates: Of force, torque and point: "world" or "entity".
             steps: How many steps it acts; None is one.
             replace: Drop this entity's other pending forces first; otherwise they add up.
+            sampled: It is a sample of a course, of which another one is sent for each step, as a controller does: it is
+                taken to go straight from one to the next, and motion under it is of second order. Otherwise the force
+                stays as it is and jumps, which is exact for what does.
         """
-        self._submit(wire.Command(apply_force=_force(entity, force, torque, point, coordinates, steps, replace)))
+        force_of_entity = _force(entity, force, torque, point, coordinates, steps, replace, sampled)
+        self._submit(wire.Command(apply_force=force_of_entity))
 
     def apply_impulse(
         self,
@@ -297,18 +302,22 @@ class Commands:
         )
         self._submit(wire.Command(apply_impulse=impulse))
 
-    def apply_forces(self, entities: Iterable[Entity | int] | Any, forces: Any = None, torques: Any = None) -> None:
+    def apply_forces(
+        self, entities: Iterable[Entity | int] | Any, forces: Any = None, torques: Any = None, *, sampled: bool = False
+    ) -> None:
         """Pushes many entities for one step, at their centres of mass: the fast way.
 
         Args:
             entities: n entities or an array of n ids.
             forces: (n, 3), N; None for none.
             torques: (n, 3), N*m; None for none.
+            sampled: As in `apply_force`.
         """
         columns = wire.ApplyForceColumns(
             entity_ids=_encode.id_column(entities),
             forces=b"" if forces is None else _encode.vector_column(forces, "forces"),
             torques=b"" if torques is None else _encode.vector_column(torques, "torques"),
+            sampled=sampled,
         )
         self._submit(wire.Command(apply_forces=columns))
 
@@ -427,6 +436,7 @@ def _force(
     coordinates: str,
     steps: int | None,
     replace: bool,
+    sampled: bool,
 ) -> Any:
     return wire.ApplyForce(
         entity_id=_encode.entity_id(entity),
@@ -436,4 +446,5 @@ def _force(
         coordinates=_encode.coordinates(coordinates),
         steps=steps,
         replace=replace,
+        sampled=sampled,
     )

@@ -69,6 +69,10 @@ struct ApplyForce {
   Coordinates coordinates = Coordinates::kWorld;  // of force, torque and point
   uint32_t steps = 1;                             // how many steps it acts
   bool replace = false;                           // drop this entity's other pending forces first
+  /// A sample of a course that is told anew for each step: from one sample to the next it is taken to go straight, and
+  /// the motion under it is of second order. A force that is none stays as it is and jumps, which is exact for what
+  /// does. Of one step.
+  bool sampled = false;
 };
 
 /// An instant change of momentum.
@@ -111,6 +115,7 @@ struct ApplyForceColumns {
   std::vector<EntityId> ids;
   std::vector<Vector3> forces;
   std::vector<Vector3> torques;
+  bool sampled = false;  // as in ApplyForce
 };
 
 /// Joins two entities, or one to the world. What the description leaves to the present poses is taken from them now.

@@ -42,6 +42,14 @@ struct PendingForce {
   bool at_center_of_mass = true;
   Coordinates coordinates = Coordinates::kWorld;
   uint32_t steps_left = 1;
+  bool is_sampled = false;
+};
+
+/// All sampled forces on an entity in the last step, world coordinates, about its centre of mass.
+struct SampledForce {
+  EntityId id;
+  Vector3 force = Vector3::Zero();   // N
+  Vector3 torque = Vector3::Zero();  // N*m
 };
 
 /// Two entities that touch, or a sensor and its visitor.
@@ -117,6 +125,8 @@ struct LayerState {
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
   std::vector<HalfStep> half_steps;                  // by row
   double last_substep = 0;                           // s
+  std::vector<SampledForce> samples;                 // ascending
+  double samples_step = 0;                           // s, of the step that they were for; zero without any
 };
 
 /// Appends every field of `state` to `bytes`, little-endian.

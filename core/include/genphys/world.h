@@ -141,6 +141,7 @@ class World {
   void Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc> desc, const MassProperties& mass);
   void Delete(EntityId id);
   void Push(const ApplyForce& command);
+  void ForgetSample(EntityId id);
   void Kick(const ApplyImpulse& command);
   void SetVelocityNow(const SetVelocity& command);
   void SetPoseNow(const SetPose& command);
