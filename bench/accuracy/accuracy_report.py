@@ -39,12 +39,10 @@ FAMILIES = {
 _FAMILY_OF = {"A3": "B", "C19": "C3", "C7": "C6", "S4": "C6", "S13": "C6"}
 
 REASONS: dict[str, str] = {
-    "B1": "at the cost of our coarsest step an engine alone takes a shorter one; all of these errors are a quarter of the scale or more",
     "B3": "at that cost ODE takes shorter steps than we do; from half as much again on ours is ahead, by more and more",
     "B5": "at steps this coarse our errors still rise and fall with the step: it does not converge yet",
     "B11.hanging": "what only hangs is right to a millionth of its length in both; our error falls with the square of the "
                    "step, and begins higher",
-    "B11.swinging": "by a tenth, at this one cost",
 }
 """Why our model is not ahead at equal cost, by problem."""
 
