@@ -94,6 +94,7 @@ TEST_P(Forces, ColumnsDoWhatTheSameForcesDoOneByOne) {
 // A spring that the client computes before each step. With samples that is the velocity Verlet method, whose places are
 // those of an oscillation of slightly another frequency: cos(n a) with sin(a / 2) = w h / 2. Whatever the substeps.
 TEST_P(Forces, SampledOnesMoveABodyAsVerletDoes) {
+  Proves({Claim::kForce, Claim::kForceColumns});
   constexpr double kMass = 2, kStiffness = 90, kStart = 0.1;
   constexpr int kSteps = 60;
   for (const uint32_t substeps : {1u, 2u, 3u}) {
@@ -120,6 +121,7 @@ TEST_P(Forces, SampledOnesMoveABodyAsVerletDoes) {
 }
 
 TEST_P(Forces, SampledOnesTurnABodyAsVerletDoes) {
+  Proves({Claim::kForce});
   constexpr double kStiffness = 2, kStart = 0.1;  // N*m/rad, rad
   constexpr int kSteps = 60;
   const auto world = Weightless(GetParam());
@@ -137,6 +139,7 @@ TEST_P(Forces, SampledOnesTurnABodyAsVerletDoes) {
 }
 
 TEST_P(Forces, SampledOnesForgetTheLastStepOfWhatIsPutElsewhere) {
+  Proves({Claim::kForce});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Ball({0, 0, 5}, 0.2, 1));
   Do(*world, ApplyForce{.id = ball, .force = {600, 0, 0}, .sampled = true});
@@ -148,6 +151,7 @@ TEST_P(Forces, SampledOnesForgetTheLastStepOfWhatIsPutElsewhere) {
 }
 
 TEST_P(Forces, SampledOnesAreOfOneStep) {
+  Proves({Claim::kForce});
   const auto world = Weightless(GetParam());
   const EntityId ball = Add(*world, Ball({0, 0, 5}, 0.2, 1));
   const Command two = ApplyForce{.id = ball, .force = {1, 0, 0}, .steps = 2, .sampled = true};
