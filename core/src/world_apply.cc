@@ -293,7 +293,8 @@ void World::Push(const ApplyForce& command) {
 
 // What it is put to says all: nothing of the last step is to be added.
 void World::ForgetSample(EntityId id) {
-  std::erase_if(layer_.samples, [&](const SampledForce& sample) { return sample.id == id; });
+  const auto sample = std::ranges::lower_bound(layer_.samples, id, {}, &SampledForce::id);
+  if (sample != layer_.samples.end() && sample->id == id) layer_.samples.erase(sample);
 }
 
 void World::Kick(const ApplyImpulse& command) {
