@@ -281,6 +281,17 @@ class Group {
   bool is_driven_ = false;     // something that cannot be moved moves
 };
 
+template <typename Solve>
+void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Solve&& solve) {
+  Group group(bodies);
+  Groups(blows, bodies)
+      .Walk([&](uint32_t i) { group.Add(blows[i]); },
+            [&] {
+              solve(group);
+              group.Clear();
+            });
+}
+
 }  // namespace
 
 Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies) {
@@ -288,23 +299,11 @@ Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies) {
 }
 
 void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies) {
-  Group group(bodies);
-  Groups(blows, bodies)
-      .Walk([&](uint32_t i) { group.Add(blows[i]); },
-            [&] {
-              group.Settle();
-              group.Clear();
-            });
+  SolveGroups(blows, bodies, [](Group& group) { group.Settle(); });
 }
 
 void Restitute(std::span<Blow> blows, std::span<StruckBody> bodies) {
-  Group group(bodies);
-  Groups(blows, bodies)
-      .Walk([&](uint32_t i) { group.Add(blows[i]); },
-            [&] {
-              group.Restitute();
-              group.Clear();
-            });
+  SolveGroups(blows, bodies, [](Group& group) { group.Restitute(); });
 }
 
 }  // namespace genphys
