@@ -37,9 +37,10 @@ struct Round {
   size_t reply_bytes = 0;
   double others = 0;
 
-  // Rates are one over the times.
-  double DriveToSlower() const { return std::max(Median(in_process), Median(bytes_echo)) / Median(drive); }
-  double RatioTo(const Times& echo) const { return Median(cpp) / (Median(in_process) + Median(echo)); }
+  // Of means, for steps of the same world need not cost the same: who moves leaves the place in the search tree that it
+  // was given now and then, and a rate is one over the mean.
+  double DriveToSlower() const { return std::max(Mean(in_process), Mean(bytes_echo)) / Mean(drive); }
+  double RatioTo(const Times& echo) const { return Mean(cpp) / (Mean(in_process) + Mean(echo)); }
 };
 
 class Race {
@@ -144,7 +145,7 @@ uint32_t StepsPerTurn(double cycle) {
 // Undisturbed rounds, as many as are wanted. If time runs out before, those that others disturbed least.
 std::vector<Round> TakeRounds(Race& race, const Scene& scene, const Plan& plan, int* taken) {
   uint32_t steps = kStepsPerTurnMin;
-  for (int i = 0; i < kWarmUpRounds; ++i) steps = StepsPerTurn(Median(race.Take(steps).cpp));
+  for (int i = 0; i < kWarmUpRounds; ++i) steps = StepsPerTurn(Mean(race.Take(steps).cpp));
   const Clock::time_point end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(plan.seconds_per_scene));
   std::vector<Round> rounds;
@@ -166,9 +167,9 @@ std::vector<Round> TakeRounds(Race& race, const Scene& scene, const Plan& plan, 
 }
 
 Spread SpreadOverRounds(const std::vector<Round>& rounds, Times Round::*times) {
-  std::vector<double> all;
-  for (const Round& round : rounds) all.insert(all.end(), (round.*times).begin(), (round.*times).end());
-  return SpreadOf(all);
+  std::vector<double> means;
+  for (const Round& round : rounds) means.push_back(Mean(round.*times));
+  return SpreadOf(means);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Plan {
   double seconds_per_scene = 60;  // after which it ends with what it has
 };
 
-/// One scene on one engine. Durations are in microseconds.
+/// One scene on one engine. Durations are in microseconds, the means of each round.
 struct Outcome {
   std::string engine;
   std::string scene;
@@ -38,7 +38,7 @@ struct Outcome {
   Spread cpp;
   Spread drive;  // from one result to the next, two in flight
   Spread python;
-  // The median of the C++ cycles over the sum of the medians of the step and of an echo, in each round.
+  // The mean of the C++ cycles over the sum of the means of the step and of an echo, in each round.
   Spread to_bytes_echo;
   Spread to_message_echo;
   // The rate of the drive over the rate of the slower of step and echo, in each round.

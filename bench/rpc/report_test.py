@@ -36,6 +36,14 @@ def test_a_cycle_at_the_bound_holds_and_one_above_it_is_named():
     assert "sleepers on ode, pile on ode." in report.verdict(results(report.RATIO_MAX + 0.01))
 
 
+def test_a_drive_at_the_bound_holds_and_one_below_it_is_named():
+    for part, named in ((report.DRIVE_MIN, []), (report.DRIVE_MIN - 0.01, ["sleepers on ode"])):
+        data = results(1.0)
+        data["results"][0] |= {report.DRIVE: spread(part), "cpp_drive_us": spread(60)}
+        assert report.slow_drives(data) == named
+        assert ("holds for every scene" in report.drive_verdict(data)) == (not named)
+
+
 def test_the_exit_status_says_whether_the_bound_is_held(tmp_path):
     for ratio, status in ((1.0, 0), (2.0, 1)):
         (tmp_path / "rpc.json").write_text(report.json.dumps(results(ratio)))

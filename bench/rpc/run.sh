@@ -4,7 +4,8 @@
 # Usage: run.sh <build folder> [--record] [options of bench_rpc; see its --help]
 #
 # The results and the report go to <build folder>/bench/rpc/. With --record they also become those of the tree:
-# bench/results/rpc.json and docs/performance.md. The exit status is 1 if serving a step costs more than it may.
+# bench/results/rpc.json and docs/performance.md. The exit status is 1 if serving a step costs more than it may, or
+# `Drive` gives less.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace genphys::bench {
 namespace {
@@ -17,6 +18,10 @@ double Quantile(std::vector<double> values, double q) {
 }  // namespace
 
 double Median(const std::vector<double>& values) { return Quantile(values, 0.5); }
+
+double Mean(const std::vector<double>& values) {
+  return std::reduce(values.begin(), values.end()) / static_cast<double>(values.size());
+}
 
 Spread SpreadOf(const std::vector<double>& values) {
   return {values.size(), Quantile(values, 0.1), Median(values), Quantile(values, 0.9)};

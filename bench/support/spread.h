@@ -15,5 +15,6 @@ struct Spread {
 /// `values` has one at least.
 Spread SpreadOf(const std::vector<double>& values);
 double Median(const std::vector<double>& values);
+double Mean(const std::vector<double>& values);
 
 }  // namespace genphys::bench
