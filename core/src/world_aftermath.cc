@@ -38,9 +38,13 @@ void World::WakeNeighboursOf(EntityRow row) {
 }
 
 void World::SettleAftermath() {
-  for (auto* ids : {&aftermath_.displaced, &aftermath_.detached, &aftermath_.pushed, &aftermath_.deleted}) Order(*ids);
+  for (auto* ids :
+       {&aftermath_.displaced, &aftermath_.detached, &aftermath_.pushed, &aftermath_.deleted, &aftermath_.unsampled}) {
+    Order(*ids);
+  }
   EndTouches();
   DropForces();
+  DropSamples();
   if (!aftermath_.pushed.empty() && HasPushedSpring()) WakeAll();
   if (!aftermath_.deleted.empty()) EndFieldsOfDeleted();
   WakeStirred();
@@ -93,6 +97,14 @@ void World::DropForces() {
   }
   layer_.forces = std::move(kept);
   aftermath_.forceless.clear();
+}
+
+void World::DropSamples() {
+  if (aftermath_.unsampled.empty()) return;
+  std::erase_if(layer_.samples, [&](const SampledForce& sample) {
+    return std::ranges::binary_search(aftermath_.unsampled, sample.id);
+  });
+  aftermath_.unsampled.clear();
 }
 
 void World::WakeStirred() {

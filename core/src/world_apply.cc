@@ -293,8 +293,7 @@ void World::Push(const ApplyForce& command) {
 
 // What it is put to says all: nothing of the last step is to be added.
 void World::ForgetSample(EntityId id) {
-  const auto sample = std::ranges::lower_bound(layer_.samples, id, {}, &SampledForce::id);
-  if (sample != layer_.samples.end() && sample->id == id) layer_.samples.erase(sample);
+  if (!layer_.samples.empty()) aftermath_.unsampled.push_back(id);
 }
 
 void World::Kick(const ApplyImpulse& command) {

@@ -162,6 +162,7 @@ class World {
   void SettleAftermath();
   void EndTouches();
   void DropForces();
+  void DropSamples();
   void WakeStirred();
   void RecordEnd(const TouchingPair& touching);
 
@@ -242,6 +243,7 @@ class World {
     std::vector<EntityId> pushed;          // where springs tie them to others, all wake
     std::vector<EntityId> deleted;         // fields act on them no more
     std::map<EntityId, size_t> forceless;  // nor do so many of the first forces
+    std::vector<EntityId> unsampled;       // nor does what is left of sampled ones
   };
   Aftermath aftermath_;
   bool is_stirred_ = false;     // somebody of whom LayerState::lying tells may be active
