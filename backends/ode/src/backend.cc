@@ -38,7 +38,7 @@ Status CheckRandomNumbersAreOurs() {
   solver.Begin(kBodies, 1.0 / 60);
   solver.Reserve(kBodies * kCorners, 0, 0, false);
   for (uint32_t body = 0; body < kBodies; ++body) {
-    solver.SetBody(body, body + 1, mass, Motion{.linear_velocity = {0, 0, -1}});
+    solver.SetBody(body, mass, Motion{.linear_velocity = {0, 0, -1}});
     for (uint32_t corner = 0; corner < kCorners; ++corner) {
       const Vector3 position(corner < 2 ? 1 : -1, corner % 2 == 0 ? 1 : -1, -1);
       solver.AddContact({.body = body, .position = position, .friction = 1});

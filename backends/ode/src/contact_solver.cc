@@ -74,6 +74,9 @@ void SetMass(dBodyID body, const MassProperties& mass) {
   dBodySetMass(body, &ode_mass);
 }
 
+// The mean of the inverse moments, 1/(kg*m^2).
+double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trace() / 3; }
+
 // Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
 // way it goes; the engine's own axes would brake a diagonal one more.
 void SetFriction(const ContactConstraint& contact, double step_size, dContact& to) {
@@ -205,9 +208,7 @@ void ContactSolver::Grow(uint32_t count) {
     dBodySetGyroscopicMode(body, 0);
     dBodyDisable(body);
     bodies_.push_back(body);
-    serials_.push_back(0);
-    inverse_masses_.push_back(0);
-    turnabilities_.push_back(0);
+    masses_.emplace_back();
   }
 }
 
@@ -215,21 +216,19 @@ void ContactSolver::Shrink(uint32_t count) {
   while (bodies_.size() > count) {
     dBodyDestroy(bodies_.back());
     bodies_.pop_back();
-    serials_.pop_back();
-    inverse_masses_.pop_back();
-    turnabilities_.pop_back();
+    masses_.pop_back();
   }
   body_count_ = std::min(body_count_, count);
 }
 
-void ContactSolver::SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion) {
+void ContactSolver::SetBody(uint32_t body, const MassProperties& mass, const Motion& motion) {
   dBodyID id = bodies_[body];
-  if (serials_[body] != serial) {
-    serials_[body] = 0;
+  // The library inverts the tensor each time, and who is solved as which body changes with every one that comes or
+  // goes.
+  if (masses_[body].mass != mass.mass || masses_[body].tensor != mass.tensor) {
+    masses_[body] = {};
     SetMass(id, mass);
-    serials_[body] = serial;
-    inverse_masses_[body] = 1 / mass.mass;
-    turnabilities_[body] = mass.inverse_tensor.trace() / 3;
+    masses_[body] = mass;
   }
   const Vector3& p = motion.position;
   const Vector3& v = motion.linear_velocity;
@@ -326,8 +325,8 @@ void ContactSolver::SetTorsion(const ContactConstraint& contact, dContact& to) {
   to.surface.rhoN = std::max(contact.spinning_friction, kLeastArm);
   row_count_ += 3;
   if (!is_direct_) return;
-  double turnability = turnabilities_[contact.body];
-  if (contact.other != ContactConstraint::kImmovable) turnability += turnabilities_[contact.other];
+  double turnability = Turnability(masses_[contact.body]);
+  if (contact.other != ContactConstraint::kImmovable) turnability += Turnability(masses_[contact.other]);
   // ODE has one softness for all of these rows in the world: that of the one which is hardest to turn.
   const double softness = kDirectSoftness * step_size_ * turnability;
   torsion_softness_ = torsion_softness_ > 0 ? std::min(torsion_softness_, softness) : softness;
@@ -359,8 +358,8 @@ void ContactSolver::StirSeed(double value) {
 }
 
 double ContactSolver::Softness(const ContactConstraint& contact) const {
-  double inverse_mass = inverse_masses_[contact.body];
-  if (contact.other != ContactConstraint::kImmovable) inverse_mass += inverse_masses_[contact.other];
+  double inverse_mass = 1 / masses_[contact.body].mass;
+  if (contact.other != ContactConstraint::kImmovable) inverse_mass += 1 / masses_[contact.other].mass;
   return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * inverse_mass;
 }
 

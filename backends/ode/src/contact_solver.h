@@ -68,8 +68,8 @@ class ContactSolver {
 
   /// Starts a solve of `count` bodies over `step_size` seconds, without contacts yet.
   void Begin(uint32_t count, double step_size);
-  /// Each of 0..count-1 must be set. `serial` tells bodies apart whose mass is not the same.
-  void SetBody(uint32_t body, uint64_t serial, const MassProperties& mass, const Motion& motion);
+  /// Each of 0..count-1 must be set.
+  void SetBody(uint32_t body, const MassProperties& mass, const Motion& motion);
   /// How constraints shall be solved.
   Solver solver() const { return settings_.solver; }
   /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
@@ -122,9 +122,7 @@ class ContactSolver {
   RowComposer composer_;
   // ODE walks its bodies from the last created to the first, so that only the number of bodies in use matters.
   std::vector<dxBody*> bodies_;
-  std::vector<uint64_t> serials_;       // whose mass each body has now; zero: nobody's
-  std::vector<double> inverse_masses_;  // 1/kg
-  std::vector<double> turnabilities_;   // mean inverse moments, 1/(kg*m^2)
+  std::vector<MassProperties> masses_;  // that they have now; none at all before the first
   uint32_t body_count_ = 0;             // in use; the others are disabled
   // Sides that turn although nothing turns them: ODE knows targets for slip but none for rolling. The first
   // turner_count_ are in use, at their contacts, the others disabled.

@@ -293,7 +293,7 @@ void World::LoadBodies(const StateArrays& state) {
     body.solved_as = i;
     const Motion motion = MotionOf(solved_rows_[i], state);
     CheckFinite(motion);
-    solver_.SetBody(i, body.serial, body.mass, motion);
+    solver_.SetBody(i, body.mass, motion);
   }
   for (const InertiaScale& scale : scales_) {
     const Body& body = bodies_[Index(scale.row)];
@@ -301,8 +301,7 @@ void World::LoadBodies(const StateArrays& state) {
     MassProperties mass = body.mass;
     mass.tensor *= scale.factor;
     mass.inverse_tensor /= scale.factor;
-    // No other body has this mass, nor has this one afterwards.
-    solver_.SetBody(body.solved_as, ++last_serial_, mass, MotionOf(scale.row, state));
+    solver_.SetBody(body.solved_as, mass, MotionOf(scale.row, state));
   }
 }
 
