@@ -44,7 +44,7 @@ std::vector<Bar> Bars() {
   AddBoth(bars, "S15", "balanced", "energy_excess", 0);
   AddBoth(bars, "S15", "balanced", "lost", 0);
   AddBoth(bars, "S16", "balanced", "replay_differs", 0);
-  AddBoth(bars, "S16", "balanced", "speed", 1);
+  AddBoth(bars, "S16", "balanced", "energy_excess", 0.2);
   return bars;
 }
 

@@ -103,14 +103,12 @@ Trial LongLife(const std::string& id, int64_t steps, bool is_long) {
 struct AnyWorld {
   Scene scene;
   double step_size = 0;
-  double speed_max = 0;  // that anybody may come to, m/s
 };
 
 // Bodies of any shape and mass, some inside each other, some joined, some pushed.
-AnyWorld MakeAnyWorld(uint32_t seed, double time) {
+AnyWorld MakeAnyWorld(uint32_t seed) {
   constexpr size_t kBodies = 12;
   constexpr double kSpeed = 5;
-  constexpr double kPush = 20;  // m/s^2
   Dice dice(seed);
   AnyWorld world{.scene = {.has_ground = true}};
   world.scene.friction = dice.Between(0, 1);
@@ -128,27 +126,40 @@ AnyWorld MakeAnyWorld(uint32_t seed, double time) {
     if (kind > 0.3 && kind <= 0.6) world.scene.Join(HingeJoint{}, i - 1, i, anchor, dice.NextVector().normalized());
   }
   world.step_size = dice.LogBetween(1e-4, 1.0 / 30);
-  world.speed_max = kSpeed + (kGravity + kPush) * time;
   return world;
 }
 
-std::vector<Motion> Play(const Lab& lab, const AnyWorld& world, uint32_t seed, double* speed) {
+struct Played {
+  std::vector<Motion> motions;
+  double speed = 0;          // m/s, the highest
+  double energy_excess = 0;  // over that at the start and the work of the pushes, of that at the start, at most
+};
+
+Played Play(const Lab& lab, const AnyWorld& world, uint32_t seed) {
   constexpr int kSteps = 300;
   Dice dice(seed + 1'000'000);
   Run run = lab.Start(world.scene, world.step_size);
-  for (size_t i = 0; i < world.scene.bodies.size(); ++i) {
+  const size_t bodies = world.scene.bodies.size();
+  std::vector<Vector3> pushes(bodies, Vector3::Zero());
+  for (size_t i = 0; i < bodies; ++i) {
     if (dice.Next() > 0) continue;
-    run.simulation().Hold(i, 10 * *world.scene.bodies[i].rigid_body->inertia.mass * dice.NextVector(), Vector3::Zero());
+    pushes[i] = 10 * *world.scene.bodies[i].rigid_body->inertia.mass * dice.NextVector();
+    run.simulation().Hold(i, pushes[i], Vector3::Zero());
   }
-  std::vector<Motion> motions(world.scene.bodies.size());
+  const double start = run.Energy();
+  Played played{.motions = std::vector<Motion>(bodies)};
   run.StepTo(kSteps * world.step_size, [&] {
-    for (size_t i = 0; i < motions.size(); ++i) {
-      motions[i] = run[i];
-      *speed = std::max(*speed, motions[i].velocity.norm());
-      if (!motions[i].position.allFinite() || !motions[i].velocity.allFinite()) *speed = std::nan("");
+    double work = 0;
+    for (size_t i = 0; i < bodies; ++i) {
+      const Motion& now = played.motions[i] = run[i];
+      work += pushes[i].dot(now.position - world.scene.bodies[i].pose.position);
+      played.speed = std::max(played.speed, now.velocity.norm());
     }
+    const double excess = (run.Energy() - work - start) / start;
+    // What was no number once stays none.
+    if (!std::isnan(played.energy_excess) && !(excess <= played.energy_excess)) played.energy_excess = excess;
   });
-  return motions;
+  return played;
 }
 
 bool IsSame(const std::vector<Motion>& a, const std::vector<Motion>& b) {
@@ -158,19 +169,23 @@ bool IsSame(const std::vector<Motion>& a, const std::vector<Motion>& b) {
   });
 }
 
+// How fast anybody comes to be is told, but is no measure: a link of some grams that hangs on tons may be cracked like
+// a whip. Energy is one, for pushes that stay the same, contacts and joints have none to give.
 Trial AnyWorlds(const std::string& id, uint32_t worlds, bool is_long) {
-  constexpr double kTime = 300.0 / 30;
+  // What joints hold may have a fifth more energy of its turning than it was given: steps do not resolve how what turns
+  // by more than a radian in each of them goes on.
+  constexpr double kExcessMax = 0.2;
   Trial trial{.id = id,
               .title = std::to_string(worlds) + " random worlds of 12 bodies, 300 steps, twice",
-              .limits = {{"replay_differs", 0}, {"speed", 1}},
+              .limits = {{"replay_differs", 0}, {"energy_excess", kExcessMax}},
               .seeds = worlds,
               .is_long = is_long};
   trial.run = [](const Lab& lab, uint32_t seed) -> std::vector<Quantity> {
-    const AnyWorld world = MakeAnyWorld(seed, kTime);
-    double speed = 0;
-    const std::vector<Motion> first = Play(lab, world, seed, &speed);
-    const std::vector<Motion> second = Play(lab, world, seed, &speed);
-    return {{"replay_differs", IsSame(first, second) ? 0.0 : 1.0}, {"speed", speed / world.speed_max}};
+    const AnyWorld world = MakeAnyWorld(seed);
+    const Played first = Play(lab, world, seed), second = Play(lab, world, seed);
+    return {{"replay_differs", IsSame(first.motions, second.motions) ? 0.0 : 1.0},
+            {"energy_excess", first.energy_excess},
+            {"speed", first.speed}};
   };
   return trial;
 }

@@ -375,6 +375,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     const Vector3 turned = ends[i].angular_velocity - world_.state.angular_velocities.col(row);
     world_.state.linear_velocities.col(row) = ends[i].linear_velocity;
     world_.state.angular_velocities.col(row) = ends[i].angular_velocity;
+    half.is_struck = true;
     half.velocity += gained;
     half.momentum += ends[i].tensor * turned;
   }

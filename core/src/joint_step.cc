@@ -148,7 +148,7 @@ void JointStep::Push(JointBody& body, double h) {
   body.linear_velocity = body.linear_given = body.linear_expected = state_.linear_velocities.col(row);
   body.angular_velocity = body.angular_given = body.angular_expected = state_.angular_velocities.col(row);
   const HalfStep& half = layer_.half_steps[row];
-  if (body.is_movable() && half.restarts) may_jolt_ = true;
+  if (body.is_movable() && (half.restarts || half.is_struck)) may_jolt_ = true;
   if (body.is_movable() && !half.restarts) {
     body.linear_expected += body.interval * half.held_rate;
     body.angular_expected += body.own_inverse * (half.held_momentum * (2 * body.interval / layer_.last_substep));

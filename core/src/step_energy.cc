@@ -1,10 +1,11 @@
 // A solve of joints shall give no energy that nobody put in. The impulses of joints and resting contacts take energy;
-// where light bodies between heavy ones turn far in a step, what makes up for errors could give more of it from step to
-// step, until nothing is left of the scene. There errors wait: the island is solved again without making up for them,
-// which gives nothing, and velocities take a part of the difference. So do places of what the layer solved; a larger
-// one once errors are as large as a substep makes them, so that joints do not let go. (Were it always all of it in
-// places, crank B5 of bench/accuracy would be off by four times as much at small steps.) Of what an engine solved
-// places take all. Both solves hold up what lies and keep forces within their cones, and so does what lies between.
+// where light bodies between heavy ones turn far in a step, or where overlaps drive apart what joints hold together,
+// what makes up for errors could give more of it from step to step, until nothing is left of the scene. There errors
+// wait: the island is solved again without making up for them, which gives nothing, and velocities take a part of the
+// difference. So do places of what the layer solved; a larger one once errors are as large as a substep makes them, so
+// that joints do not let go. (Were it always all of it in places, crank B5 of bench/accuracy would be off by four times
+// as much at small steps.) Of what an engine solved places take all. Both solves hold up what lies and keep forces
+// within their cones, and so does what lies between.
 #include <algorithm>
 
 #include "free_rotation.h"
@@ -147,13 +148,18 @@ void StepRun::SolveLeftQuietly(double h, std::vector<JointRow>& rows, std::span<
     quiet.back().impulse = 0;
     places.push_back(i);
   }
+  // Overlaps are errors too, which some engines make up for by velocities.
+  std::vector<double> depths;
   for (ContactPoint& point : world_.contacts_.points) {
     point.normal_impulse = 0;
     point.friction_impulse.setZero();
+    depths.push_back(point.depth);
+    point.depth = std::min(point.depth, 0.0);
   }
   world_.engine_->WriteState(left, state_);
   world_.engine_->ScaleInertia({});
   world_.engine_->SolveAgain(h, left, state_, world_.contacts_, quiet);
+  for (size_t i = 0; i < depths.size(); ++i) world_.contacts_.points[i].depth = depths[i];
   for (size_t i = 0; i < quiet.size(); ++i) rows[places[i]].impulse = quiet[i].impulse;
   for (Restrained& body : bodies) {
     if (energies[body.island].is_layers) continue;

@@ -237,6 +237,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.held_rate = rate;
   half.has_past = true;
   half.restarts = false;
+  half.is_struck = false;
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
   if (scratch_.jointed[mover.row]) {

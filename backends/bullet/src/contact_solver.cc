@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -287,7 +288,13 @@ bool ContactSolver::PushDirectly(double settled) {
     solve.Add(row, DirectSolve::kFree, kDirectSoftness);
     largest = std::max(largest, row.m_rhsPenetration / row.m_jacDiagABInv);
   }
-  return largest <= settled || solve.Run();
+  if (largest <= settled) return true;
+  // What joints lock stays together: what is opened here would be taken back as velocities, from step to step anew.
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
+    if (std::isinf(row.m_lowerLimit) && std::isinf(row.m_upperLimit)) solve.Add(row, DirectSolve::kFree, 0);
+  }
+  return solve.Run();
 }
 
 btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, const btContactSolverInfo& info) {

@@ -85,6 +85,7 @@ struct HalfStep {
   bool in_flight = true;                    // nothing held or hit it in the last substep
   bool has_past = false;                    // `held_rate` means something
   uint8_t since_restart = 0;                // substeps, at most 255
+  bool is_struck = false;                   // an impact changed its velocity since the last solve
   Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass, in the middle of the last substep
   Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world
   Vector3 steady_kick = Vector3::Zero();    // m/s still owed by gravity and by forces that stay as they are
