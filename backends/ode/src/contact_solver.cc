@@ -377,7 +377,7 @@ uint32_t ContactSolver::Seed() const {
   return row_count_ * kPresetIterations < kRowUpdates ? kSeedOfFew : static_cast<uint32_t>(seed_);
 }
 
-void ContactSolver::Step() {
+void ContactSolver::Step(bool briefly) {
   dRandSetSeed(Seed());
   is_faulted_ = true;
   dWorldSetCFM(world_, torsion_softness_);
@@ -385,7 +385,7 @@ void ContactSolver::Step() {
   if (is_direct_) {
     done = dWorldStep(world_, step_size_);
   } else {
-    dWorldSetQuickStepNumIterations(world_, static_cast<int>(Iterations()));
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(briefly ? kPresetIterations : Iterations()));
     done = dWorldQuickStep(world_, step_size_);
   }
   if (done == 0) throw EngineFault("ODE: not enough memory for a step");

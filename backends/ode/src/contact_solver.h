@@ -81,8 +81,11 @@ class ContactSolver {
   /// Adds the rows of one block; see RowComposer.
   void AddRows(std::span<JointRow> block, uint32_t body_a, uint32_t body_b, std::span<const double> given_rates);
   void AddContact(const ContactConstraint& contact);
-  /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
-  void Step();
+  /// Whether few rows get more sweeps than a preset's, so that fewer may do.
+  bool MayBeBrief() const { return settings_.iterations == kPresetIterations; }
+  /// Solves and moves, `briefly` with the preset's sweeps however few rows there are. An EngineFault out of here leaves
+  /// nothing to go on with.
+  void Step(bool briefly = false);
 
   Motion motion(uint32_t body) const;
   /// N*s on the `body` of the contact that was added as the `contact`th, once impulses were taken.

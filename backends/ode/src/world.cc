@@ -22,8 +22,10 @@ constexpr size_t kWarmContactsMax = 200;
 // The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
 // end half of the solves of a tower of very different weights.
 constexpr double kPullMax = 0.02;
-// The part of the speed that contacts of an island had before the solve which may be left.
+// The part of the speed that contacts of an island had before the solve which may be left, and for few sweeps to do:
+// what rests goes on from step to step until nothing is left.
 constexpr double kResidualMax = 0.2;
+constexpr double kBriefResidualMax = 1e-6;
 
 // Before a solve too: ODE itself notices in the middle of one, and then its memory for the step is lost.
 void CheckFinite(const Motion& motion) {
@@ -111,7 +113,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
   Recognise(contacts);
-  for (const Way way : {Way::kDirect, Way::kWarm, Way::kCold}) {
+  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kCold}) {
     SolveGroup(step_size, way, state, contacts, joint_rows);
   }
   warm_start_.End(contacts.points);
@@ -178,12 +180,17 @@ void World::Recognise(const ContactBuffer& contacts) {
     return pushes_[i].way != Way::kDirect && island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
   };
   for (uint32_t i = 0; i < pushes_.size(); ++i) {
-    if (may_be_warm(i)) pushes_[i].way = Way::kWarm;
+    if (may_be_warm(i)) pushes_[i].way = solver_.MayBeBrief() ? Way::kBrief : Way::kWarm;
   }
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
     if (pair.is_sensor || island == Islands::kNone || !may_be_warm(island)) continue;
-    if (!RecognisePair(pair, contacts)) pushes_[island].way = Way::kCold;
+    Way& way = pushes_[island].way;
+    if (!RecognisePair(pair, contacts)) way = Way::kCold;
+    // Where some points had nothing to hold, they may have now, and nothing tells what few sweeps leave of that.
+    const auto given = std::span(given_).subspan(pair.first_point, pair.point_count);
+    const auto is_nothing = [](const Vector3& impulse) { return impulse.isZero(0); };
+    if (way == Way::kBrief && std::ranges::any_of(given, is_nothing)) way = Way::kWarm;
   }
 }
 
@@ -216,11 +223,14 @@ void World::GiveUpDirect() {
   }
 }
 
-// An island that would have to be held by more than contact and friction is solved again, from nothing.
-void World::GiveUpUnheld(const ContactBuffer& contacts) {
+// An island that would have to be held by more than contact and friction, or of which sweeps left too much, is solved
+// again: after few sweeps with more of them, and after these from nothing.
+void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
+  const bool is_brief = way == Way::kBrief;
+  const Way next = is_brief ? Way::kWarm : Way::kCold;
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != Way::kWarm) continue;
+    if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != way) continue;
     double load = 0, grip = 0, pull = 0, held = 0;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       const ContactPoint& point = contacts.points[i];
@@ -230,7 +240,7 @@ void World::GiveUpUnheld(const ContactBuffer& contacts) {
       pull = std::max(pull, -point.normal_impulse);
       held += point.friction_impulse.norm();
     }
-    if (pull > kPullMax * load || held > grip) pushes_[island].way = Way::kCold;
+    if (pull > kPullMax * load || held > grip) pushes_[island].way = next;
   }
   // What was given may be very much for something light between heavy ones.
   for (size_t i = 0; i < solved_.size(); ++i) {
@@ -239,7 +249,8 @@ void World::GiveUpUnheld(const ContactBuffer& contacts) {
   }
   for (size_t i = 0; i < solved_.size(); ++i) {
     Pushes& pushes = pushes_[solved_[i].island];
-    if (!(solver_.Residual(i) <= kResidualMax * pushes.speed_before)) pushes.way = Way::kCold;
+    const double most = (is_brief ? kBriefResidualMax : kResidualMax) * pushes.speed_before;
+    if (!(solver_.Residual(i) <= most)) pushes.way = next;
   }
 }
 
@@ -252,18 +263,18 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   if (solved_rows_.empty()) return;
   solver_.Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
   LoadBodies(state);
-  solver_.Reserve(CountContacts(contacts), way == Way::kWarm ? CountGiven() : 0, joint_rows.size(),
-                  way == Way::kDirect);
+  const bool is_given = way == Way::kBrief || way == Way::kWarm;
+  solver_.Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
   LoadContacts(state, contacts);
   LoadRows(state, joint_rows);
   const uint64_t complaints = Complaints();
-  solver_.Step();
+  solver_.Step(way == Way::kBrief);
   // The exact solver goes on after an elimination that failed, with numbers that mean nothing. Of which island, it does
   // not say.
   if (way == Way::kDirect && Complaints() != complaints) return GiveUpDirect();
   solver_.TakeRowImpulses();
   StoreImpulses(contacts);
-  if (way == Way::kWarm) GiveUpUnheld(contacts);
+  if (is_given) GiveUpUnheld(way, contacts);
   StoreBodies(way, state);
 }
 
@@ -374,7 +385,8 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
   // How the surface of the pushed side runs against that of the other.
   const Vector3 run = sign * (pair.surface_velocity - point.normal * point.normal.dot(pair.surface_velocity));
-  const Vector3 given = pushes_[island].way == Way::kWarm ? Vector3(sign * given_[index]) : Vector3::Zero();
+  const bool is_given = pushes_[island].way == Way::kBrief || pushes_[island].way == Way::kWarm;
+  const Vector3 given = is_given ? Vector3(sign * given_[index]) : Vector3::Zero();
   solver_.AddContact({.body = pushed.solved_as,
                       .other = other.solved_as,
                       .position = point.position,

@@ -62,8 +62,9 @@ class World final : public BackendWorld {
     }
   };
 
-  // All at once; by sweeps from what held it at the last solve; by sweeps from nothing.
-  enum class Way { kDirect, kWarm, kCold };
+  // All at once; by sweeps from what held it at the last solve, a few that are enough for what rests, or more; by
+  // sweeps from nothing.
+  enum class Way { kDirect, kBrief, kWarm, kCold };
 
   // What pushes meet in an island, 1/kg, and how it is solved for that.
   struct Pushes {
@@ -84,7 +85,7 @@ class World final : public BackendWorld {
   void Recognise(const ContactBuffer& contacts);
   bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
   void GiveUpDirect();
-  void GiveUpUnheld(const ContactBuffer& contacts);
+  void GiveUpUnheld(Way way, const ContactBuffer& contacts);
   void LoadBodies(const StateArrays& state);
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
   void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
