@@ -1,7 +1,9 @@
 // What touches, what slides, what bounces and what only looks: alike on every engine.
 #include <cmath>
+#include <numbers>
 
 #include "conformance/engine_test.h"
+#include "support/random.h"
 
 namespace genphys::testing {
 namespace {
@@ -109,6 +111,36 @@ TEST_P(Contacts, KineticFrictionBrakesAndStaticFrictionHolds) {
   EXPECT_NEAR(PositionOf(*world, holds).x(), 0, 2 * SweptSpeed(0.6 * kGravity, SubstepOf(*world)) * 1);
   // Slope less kinetic friction: 0.4 g, from 1 m/s, for one second; of the friction sweeps may leave a part.
   EXPECT_NEAR(PositionOf(*world, slides).x(), 1 + 0.2 * kGravity, 2 * kSwept * 0.2 * kGravity / 2);
+}
+
+// A corner that carried nothing may have to carry something at the next step.
+TEST_P(Contacts, ABlockOnASlopeThatIsAHundredthLessSteepThanFrictionDoesNotCreep) {
+  Proves({Claim::kStaticFriction, Claim::kBox});
+  constexpr double kStep = 1.0 / 240;
+  constexpr double kCreepMax = 1e-6;  // m/s, which is promised
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double friction = random.Uniform(0.1, 1.2), angle = std::atan(0.99 * friction);
+    const double heading = random.Uniform(0, 2 * std::numbers::pi);
+    const Vector3 down(std::cos(heading), std::sin(heading), 0);
+    WorldDesc desc{.engine = GetParam(),
+                   .gravity = kGravity * (std::sin(angle) * down - std::cos(angle) * Vector3::UnitZ()),
+                   .stepper = {.step_size = kStep}};
+    desc.default_material.friction = friction;
+    desc.default_auto_disable.enabled = false;
+    const auto world = testing::MakeWorld(desc);
+    const double x = random.LogUniform(0.05, 0.5), y = random.LogUniform(0.05, 0.5), z = std::min(x, y) / 4;
+    EntityDesc box = Body(Box{{x, y, z}}, {0, 0, z}, random.LogUniform(0.01, 100));
+    box.pose.orientation = Quaternion(Eigen::AngleAxisd(random.Uniform(-1, 1), Vector3::UnitZ()));
+    const EntityId block = Add(*world, box);
+
+    Steps(*world, 240);
+    const Vector3 middle = PositionOf(*world, block);
+    Steps(*world, 240);
+
+    EXPECT_LE((PositionOf(*world, block) - middle).norm(), kCreepMax);
+  }
 }
 
 TEST_P(Contacts, ABallBouncesAsHighAsItsRestitution) {

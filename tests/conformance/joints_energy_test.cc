@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "conformance/engine_test.h"
+#include "support/energy.h"
 #include "support/joints.h"
 #include "support/random.h"
 #include "support/tolerances.h"
@@ -17,19 +18,6 @@ namespace {
 GENPHYS_ENGINE_TESTS(JointsEnergy);
 
 constexpr uint64_t kChains = 200;
-
-double KineticEnergyOf(const World& world) {
-  double energy = 0;
-  for (const auto& entity : world.scene().entities) {
-    if (!entity) continue;
-    const EntityRow row{entity->id.index()};
-    const Vector3 velocity = world.state().linear_velocities.col(Index(row));
-    const Vector3 spin =
-        world.state().pose(row).orientation.conjugate() * Vector3(world.state().angular_velocities.col(Index(row)));
-    energy += (entity->mass.mass * velocity.squaredNorm() + spin.dot(entity->mass.tensor * spin)) / 2;
-  }
-  return energy;
-}
 
 enum class Start {
   kTumbling,  // each turns its own way

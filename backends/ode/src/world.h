@@ -76,6 +76,7 @@ class World final : public BackendWorld {
   };
 
   static void Move(Body& body, const Pose& pose);
+  static bool StartsFromGiven(Way way) { return way == Way::kBrief || way == Way::kWarm; }
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
   void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);

@@ -1,0 +1,18 @@
+#include "support/energy.h"
+
+namespace genphys::testing {
+
+double KineticEnergyOf(const World& world) {
+  double energy = 0;
+  for (const auto& entity : world.scene().entities) {
+    if (!entity) continue;
+    const EntityRow row{entity->id.index()};
+    const Vector3 velocity = world.state().linear_velocities.col(Index(row));
+    const Vector3 spin =
+        world.state().pose(row).orientation.conjugate() * Vector3(world.state().angular_velocities.col(Index(row)));
+    energy += (entity->mass.mass * velocity.squaredNorm() + spin.dot(entity->mass.tensor * spin)) / 2;
+  }
+  return energy;
+}
+
+}  // namespace genphys::testing
