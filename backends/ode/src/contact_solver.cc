@@ -167,13 +167,26 @@ ContactSolver::~ContactSolver() {
   }
 }
 
+// Spare bodies cost a little in every step, and more when they are created anew: as many are kept as are in use. A
+// group keeps the memory of the most joints that it ever had and walks through it whenever it is emptied: one that has
+// become too large is made anew.
+void ContactSolver::Trim(uint32_t count) {
+  constexpr size_t kSpareBodiesMin = 64;
+  constexpr size_t kSpareJointsMin = 1024;
+  EmptyGroup();
+  if (bodies_.size() > 2 * size_t{count} + kSpareBodiesMin) Shrink(count);
+  if (most_joints_ > 4 * recent_joints_ + kSpareJointsMin) {
+    dJointGroupDestroy(contacts_);
+    contacts_ = dJointGroupCreate(0);
+    composer_.SetGroup(contacts_);
+    most_joints_ = 0;
+  }
+  recent_joints_ = 0;
+}
+
 void ContactSolver::Begin(uint32_t count, double step_size) {
-  // Spare bodies cost a little in every step, and more when they are created anew: as many are kept as are in use.
-  constexpr size_t kSpareMin = 64;
   EmptyGroup();
   given_.clear();
-  contact_count_ = 0;
-  row_count_ = 0;
   torsion_softness_ = 0;
   // New joints start from the softness of the world.
   dWorldSetCFM(world_, 0);
@@ -181,23 +194,17 @@ void ContactSolver::Begin(uint32_t count, double step_size) {
   seed_ = 0;
   step_size_ = step_size;
   if (count > bodies_.size()) Grow(count);
-  if (bodies_.size() > 2 * size_t{count} + kSpareMin) Shrink(count);
   for (; body_count_ < count; ++body_count_) dBodyEnable(bodies_[body_count_]);
   for (; body_count_ > count; --body_count_) dBodyDisable(bodies_[body_count_ - 1]);
 }
 
-// A group keeps the memory of the most joints that it ever had and walks through it whenever it is emptied: one that
-// has become too large is made anew.
 void ContactSolver::EmptyGroup() {
-  constexpr size_t kSpareMin = 1024;
   const size_t joints = contact_count_ + row_count_;
   most_joints_ = std::max(most_joints_, joints);
+  recent_joints_ = std::max(recent_joints_, joints);
   dJointGroupEmpty(contacts_);
-  if (most_joints_ <= 4 * joints + kSpareMin) return;
-  dJointGroupDestroy(contacts_);
-  contacts_ = dJointGroupCreate(0);
-  composer_.SetGroup(contacts_);
-  most_joints_ = 0;
+  contact_count_ = 0;
+  row_count_ = 0;
 }
 
 void ContactSolver::Grow(uint32_t count) {

@@ -66,6 +66,9 @@ class ContactSolver {
 
   void SetStepper(const StepperSettings& settings) { settings_ = settings; }
 
+  /// Lets go of memory that is far more than what `count` bodies at a time and the solves since the last call need. For
+  /// once a step: of its solves one may be of a thousand bodies and the next one of two.
+  void Trim(uint32_t count);
   /// Starts a solve of `count` bodies over `step_size` seconds, without contacts yet.
   void Begin(uint32_t count, double step_size);
   /// Each of 0..count-1 must be set.
@@ -121,7 +124,8 @@ class ContactSolver {
   dxThreadingImplementation* threading_;
   dxWorld* world_;
   dxJointGroup* contacts_;
-  size_t most_joints_ = 0;  // that it had at a time
+  size_t most_joints_ = 0;    // that it had at a time
+  size_t recent_joints_ = 0;  // the same since the last Trim()
   RowComposer composer_;
   // ODE walks its bodies from the last created to the first, so that only the number of bodies in use matters.
   std::vector<dxBody*> bodies_;

@@ -111,6 +111,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     }
   }
   warm_start_.Begin(step_size);
+  solver_.Trim(static_cast<uint32_t>(held_rows_.size()));
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
   Recognise(contacts);
@@ -266,7 +267,7 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   LoadBodies(state);
   const bool is_given = StartsFromGiven(way);
   solver_.Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
-  LoadContacts(state, contacts);
+  LoadContacts(way, state, contacts);
   LoadRows(state, joint_rows);
   const uint64_t complaints = Complaints();
   solver_.Step(way == Way::kBrief);
@@ -357,13 +358,13 @@ void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
   }
 }
 
-void World::LoadContacts(const StateArrays& state, const ContactBuffer& contacts) {
+void World::LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
   for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor) continue;
+    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
+    if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != way) continue;
     const Side a = SideOf(pair.entity_a, state);
     const Side b = SideOf(pair.entity_b, state);
-    if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
     // What holds two sides together can push them apart by one speed only: that of the point that needs it least.
     double held_depth = std::numeric_limits<double>::infinity();
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {

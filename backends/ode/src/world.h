@@ -89,7 +89,7 @@ class World final : public BackendWorld {
   void GiveUpUnheld(Way way, const ContactBuffer& contacts);
   void LoadBodies(const StateArrays& state);
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
-  void LoadContacts(const StateArrays& state, const ContactBuffer& contacts);
+  void LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts);
   size_t CountContacts(const ContactBuffer& contacts) const;
   size_t CountGiven() const;
   void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b,
