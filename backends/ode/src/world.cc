@@ -115,7 +115,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
   Recognise(contacts);
-  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kCold}) {
+  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kLoose, Way::kCold}) {
     SolveGroup(step_size, way, state, contacts, joint_rows);
   }
   warm_start_.End(contacts.points);
@@ -187,12 +187,11 @@ void World::Recognise(const ContactBuffer& contacts) {
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
     if (pair.is_sensor || island == Islands::kNone || !may_be_warm(island)) continue;
-    Way& way = pushes_[island].way;
-    if (!RecognisePair(pair, contacts)) way = Way::kCold;
-    // Where some points had nothing to hold, they may have now, and nothing tells what few sweeps leave of that.
+    Pushes& pushes = pushes_[island];
+    if (!RecognisePair(pair, contacts)) pushes.way = Way::kCold;
     const auto given = std::span(given_).subspan(pair.first_point, pair.point_count);
     const auto is_nothing = [](const Vector3& impulse) { return impulse.isZero(0); };
-    if (way == Way::kBrief && std::ranges::any_of(given, is_nothing)) way = Way::kWarm;
+    pushes.is_all_given = pushes.is_all_given && std::ranges::none_of(given, is_nothing);
   }
 }
 
@@ -225,11 +224,11 @@ void World::GiveUpDirect() {
   }
 }
 
-// An island that would have to be held by more than contact and friction, or of which sweeps left too much, is solved
-// again: after few sweeps with more of them, and after these from nothing.
+// An island that would have to be held by more than contact and friction slips or parts somewhere: it is solved again
+// from nothing, and few sweeps are enough to see that. So is one of which sweeps left too much, but after few of them
+// with more.
 void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
   const bool is_brief = way == Way::kBrief;
-  const Way next = is_brief ? Way::kWarm : Way::kCold;
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
     if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != way) continue;
@@ -242,7 +241,7 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
       pull = std::max(pull, -point.normal_impulse);
       held += point.friction_impulse.norm();
     }
-    if (pull > kPullMax * load || held > grip) pushes_[island].way = next;
+    if (pull > kPullMax * load || held > grip) pushes_[island].way = Way::kLoose;
   }
   // What was given may be very much for something light between heavy ones.
   for (size_t i = 0; i < solved_.size(); ++i) {
@@ -251,9 +250,17 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
   }
   for (size_t i = 0; i < solved_.size(); ++i) {
     Pushes& pushes = pushes_[solved_[i].island];
+    if (pushes.way != way) continue;
     const double most = (is_brief ? kBriefResidualMax : kResidualMax) * pushes.speed_before;
-    if (!(solver_.Residual(i) <= most)) pushes.way = next;
+    // Where some points had nothing to hold, they may have now, and nothing tells what few sweeps left of that.
+    const bool is_done = solver_.Residual(i) <= most && (pushes.is_all_given || !is_brief);
+    if (!is_done) pushes.way = is_brief ? Way::kWarm : Way::kCold;
   }
+}
+
+ContactSolver::Effort World::EffortOf(Way way) {
+  using enum ContactSolver::Effort;
+  return way == Way::kBrief ? kBrief : way == Way::kLoose ? kSome : kFull;
 }
 
 void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
@@ -270,7 +277,7 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   LoadContacts(way, state, contacts);
   LoadRows(state, joint_rows);
   const uint64_t complaints = Complaints();
-  solver_.Step(way == Way::kBrief);
+  solver_.Step(EffortOf(way));
   // The exact solver goes on after an elimination that failed, with numbers that mean nothing. Of which island, it does
   // not say.
   if (way == Way::kDirect && Complaints() != complaints) return GiveUpDirect();

@@ -63,20 +63,22 @@ class World final : public BackendWorld {
   };
 
   // All at once; by sweeps from what held it at the last solve, a few that are enough for what rests, or more; by
-  // sweeps from nothing.
-  enum class Way { kDirect, kBrief, kWarm, kCold };
+  // sweeps from nothing, some for what slips or parts, or more.
+  enum class Way { kDirect, kBrief, kWarm, kLoose, kCold };
 
   // What pushes meet in an island, 1/kg, and how it is solved for that.
   struct Pushes {
     double easiest = 0;
     double hardest = std::numeric_limits<double>::infinity();
     Way way = Way::kCold;
-    bool is_uneven = false;   // pushes meet very different weights
-    double speed_before = 0;  // m/s, of its contacts at most
+    bool is_uneven = false;    // pushes meet very different weights
+    bool is_all_given = true;  // to each of its points
+    double speed_before = 0;   // m/s, of its contacts at most
   };
 
   static void Move(Body& body, const Pose& pose);
   static bool StartsFromGiven(Way way) { return way == Way::kBrief || way == Way::kWarm; }
+  static ContactSolver::Effort EffortOf(Way way);
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
   void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
