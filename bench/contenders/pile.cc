@@ -9,7 +9,7 @@ Scene PileOf(const PileOptions& options) {
   constexpr double kAside = 0.3;
   constexpr double kTurn = 0.3;
   Scene scene{.has_ground = true, .friction = 0.5, .restitution = options.restitution};
-  Dice dice(1);
+  Dice dice(options.seed);
   for (int layer = 0; layer < options.layers; ++layer) {
     const double aside = layer % 2 == 0 ? -kAside : kAside;
     for (int i = 0; i < options.row * options.row; ++i) {

@@ -33,6 +33,7 @@ Outcome MeasureAsleep(const Bench& bench);
 Outcome MeasureWoken(const Bench& bench);
 Outcome MeasureFlyers(const Bench& bench);
 Outcome MeasurePile(const Bench& bench);
+Outcome MeasureSmallPiles(const Bench& bench);
 Outcome MeasureIslands(const Bench& bench);
 Outcome MeasureSpace(const Bench& bench);
 Outcome MeasureCommands(const Bench& bench);

@@ -38,6 +38,9 @@ ABOUT = {
             "`xzy` are orders of sweeping, `4` is up to four contacts. On Bullet `quick` neither looks ahead nor "
             "updates the boxes of sleepers; beside that, `whole` solves all islands as one, and `small` and `large` "
             "have other pools.",
+    "small": "Piles of two or three boxes in a row, four to eight high, four seconds after they were let go: some lean, "
+             "slide or fall over, others rest. A step is one of all 40 worlds. Few contacts get more iterations than "
+             "many, for a stack that is solved to fewer digits creeps.",
     "islands": "Equal piles of 20 boxes that are kept awake, far from each other.",
     "space": "1,000 boxes that float, of one collision space or of none, while another box slides elsewhere.",
     "commands": "Boxes lie by twos, one on the other, and sleep; then one batch has a command of the kind for each of "
