@@ -143,6 +143,35 @@ TEST_P(Contacts, ABlockOnASlopeThatIsAHundredthLessSteepThanFrictionDoesNotCreep
   }
 }
 
+// Sides that are parallel but for rounding, and not along the axes of the world.
+TEST_P(Contacts, ABoxLiesOnATiltedBoxWhateverSidesAreParallel) {
+  Proves({Claim::kStaticFriction, Claim::kBox});
+  constexpr double kMovedMax = 1e-6;  // m
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    WorldDesc desc{.engine = GetParam(), .gravity = -kGravity * Vector3::UnitZ()};
+    desc.default_material.friction = 1;
+    desc.default_auto_disable.enabled = false;
+    const auto world = testing::MakeWorld(desc);
+    const Vector3 middle(0, 0, 10);
+    const Quaternion tilt(Eigen::AngleAxisd(random.Uniform(0.02, 0.6), Vector3::UnitY()));
+    const Quaternion turn(Eigen::AngleAxisd(std::numbers::pi / 2 * static_cast<double>(seed % 4), Vector3::UnitZ()));
+    EntityDesc slope = Block(middle + tilt * Vector3(0, 0, -0.5), {2, 2, 0.5});
+    slope.pose.orientation = tilt;
+    Add(*world, slope);
+    const Vector3 half(random.Uniform(0.05, 0.3), random.Uniform(0.05, 0.3), random.Uniform(0.02, 0.1));
+    const Vector3 place(random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5), half.z());
+    EntityDesc box = Body(Box{half}, middle + tilt * place);
+    box.pose.orientation = tilt * turn;
+    const EntityId lies = Add(*world, box);
+
+    Steps(*world, 60);
+
+    EXPECT_LE((PositionOf(*world, lies) - box.pose.position).norm(), kMovedMax);
+  }
+}
+
 TEST_P(Contacts, ABallBouncesAsHighAsItsRestitution) {
   Proves({Claim::kRestitution, Claim::kSphere});
   constexpr double kStep = 1.0 / 240, kFall = 2;

@@ -62,13 +62,21 @@ uint32_t FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<C
   return static_cast<uint32_t>(manifold.count);
 }
 
+bool AreBoxes(const PlacedShape& a, const PlacedShape& b) {
+  return std::holds_alternative<Box>(a.shape()) && std::holds_alternative<Box>(b.shape());
+}
+
 }  // namespace
 
 uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
   if (IsForNarrowPhase(a.shape(), b.shape())) return FindOurPoints(a, b, points);
   Found found;
   // ODE's normals point into the first geometry.
-  const int kept = KeepFew(found, dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom)));
+  const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));
+  // For some turns of boxes of which one lies flat on the other, and neither along the axes of the world, ODE takes
+  // what rounding makes of edges that are parallel for a direction in which they are apart.
+  if (count == 0 && AreBoxes(a, b)) return FindOurPoints(a, b, points);
+  const int kept = KeepFew(found, count);
   for (int i = 0; i < kept; ++i) {
     const dContactGeom& contact = found[i];
     ContactPoint& point = points.emplace_back();
