@@ -16,7 +16,9 @@ void AddBoth(std::vector<Bar>& bars, const std::string& trial, const std::string
 
 std::vector<Bar> Bars() {
   std::vector<Bar> bars;
-  for (const char* stack : {"S1.5", "S1.10", "S1.15"}) AddBoth(bars, stack, "balanced", "deviation", 0.25);
+  for (const char* stack : {"S1.5", "S1.10", "S1.15", "S1turned.5", "S1turned.10", "S1turned.15"}) {
+    AddBoth(bars, stack, "balanced", "deviation", 0.25);
+  }
   for (const char* stack : {"S1.15", "S1.20", "S1.30"}) AddBoth(bars, stack, "accurate", "deviation", 0.25);
   AddBoth(bars, "S2.1e2", "balanced", "penetration", 0.02);
   AddBoth(bars, "S2.1e2", "accurate", "penetration", 0.005);

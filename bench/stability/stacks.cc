@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "contenders/dice.h"
@@ -26,6 +27,18 @@ Scene Stack(int count, uint32_t seed) {
   return scene;
 }
 
+// Faces that meet in up to eight corners, which lie as deep as each other.
+Scene TurnedStack(int count, double side, uint32_t seed) {
+  Scene scene = Floor();
+  Dice dice(seed);
+  for (int i = 0; i < count; ++i) {
+    Pose pose = At(0, 0, (i + 0.5) * side);
+    pose.orientation = Turn(std::numbers::pi * dice.Next(), Vector3::UnitZ());
+    scene.Add(Box{Vector3::Constant(side / 2)}, 1, pose);
+  }
+  return scene;
+}
+
 // Undisturbed: far away a disturbance would be rounded.
 Scene StackAt(double far, int count) {
   Scene scene = Floor();
@@ -33,17 +46,18 @@ Scene StackAt(double far, int count) {
   return scene;
 }
 
-// How far the farthest box is from where it should be, and how the topmost lies and moves.
-std::vector<Quantity> Standing(const Run& run, int count) {
+// How far the farthest of the boxes with sides of `side` m is from where it should be, and how the topmost lies, all in
+// sides, and how they move.
+std::vector<Quantity> Standing(const Run& run, int count, double side = 1) {
   double deviation = 0, speed = 0, drift = 0;
   for (int i = 0; i < count; ++i) {
     const Motion motion = run[static_cast<size_t>(i)];
-    const Vector3 off = motion.position - Vector3(0, 0, i + 0.5);
+    const Vector3 off = motion.position / side - Vector3(0, 0, i + 0.5);
     deviation = std::max(deviation, off.norm());
     drift = std::max(drift, off.head<2>().norm());
     speed = std::max(speed, motion.velocity.norm());
   }
-  const double sag = count - 0.5 - run[static_cast<size_t>(count - 1)].position.z();
+  const double sag = count - 0.5 - run[static_cast<size_t>(count - 1)].position.z() / side;
   return {{"deviation", deviation}, {"sag", std::abs(sag) / count}, {"drift", drift}, {"speed", speed}};
 }
 
@@ -56,6 +70,20 @@ Trial StackOf(int count) {
     Run run = lab.Start(Stack(count, seed));
     run.StepTo(kTime);
     return Standing(run, count);
+  };
+  return trial;
+}
+
+Trial TurnedStackOf(int count) {
+  constexpr double kSide = 0.1;  // m
+  Trial trial{.id = "S1turned." + std::to_string(count),
+              .title = "stack of " + std::to_string(count) + " cubes of 10 cm, each turned, for 10 s; lengths in sides",
+              .limits = {{"deviation", 0.25}, {"sag", 0.01}, {"drift", 0.1}, {"speed", 0.02}},
+              .seeds = kSeeds};
+  trial.run = [count](const Lab& lab, uint32_t seed) {
+    Run run = lab.Start(TurnedStack(count, kSide, seed));
+    run.StepTo(kTime);
+    return Standing(run, count, kSide);
   };
   return trial;
 }
@@ -132,6 +160,7 @@ Trial MirroredPile() {
 
 void AddStacks(std::vector<Trial>& trials) {
   for (const int count : {5, 10, 15, 20, 30, 40}) trials.push_back(StackOf(count));
+  for (const int count : {5, 10, 15}) trials.push_back(TurnedStackOf(count));
   for (const int exponent : {2, 4, 6}) trials.push_back(HeavyOnLight(exponent));
   trials.push_back(FarAway("1e3", 1e3));
   trials.push_back(FarAway("1e6", 1e6));

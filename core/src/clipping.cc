@@ -19,8 +19,10 @@ constexpr double kSeam = 1e-9;
 // A later point replaces an earlier one only if it is better by more than rounding, so that the choice among equals
 // stays the same from step to step.
 constexpr double kBetter = 1 + 1e-6;
-// Of the largest distance between points, for the same purpose, of depths.
-constexpr double kDeeper = 1e-7;
+// Of the largest distance between points: those whose depths differ by no more are equals. Eight corners of two turned
+// faces carry a stack in turns that the least lean decides, and a solve does not start from what held it: of 8 towers
+// of 10 cubes of 10 cm, each turned, all fell on Bullet with 1e-7; from 1e-4 to 0.2 all stand alike.
+constexpr double kDeeper = 1e-3;
 
 using Polygon = absl::InlinedVector<Vector3, 8>;
 
