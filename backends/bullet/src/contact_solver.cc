@@ -16,6 +16,8 @@ namespace {
 // when the impulses to start from are another engine's.
 constexpr size_t kPointUpdates = 2000;
 constexpr int kIterationsMax = 100;
+// Less than the twice from which on friction that follows the slip overshoots.
+constexpr double kEasy = 1.5;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
@@ -27,6 +29,24 @@ constexpr double kNoSpin = 1e-9;
 
 btVector3 VelocityAt(const btSolverBody& body, const btVector3& place) {
   return body.m_linearVelocity + body.m_angularVelocity.cross(place - body.m_worldTransform.getOrigin());
+}
+
+bool AreOnALine(std::span<const ContactPoint> points) {
+  constexpr double kOff = 1e-3;  // of the length
+  if (points.size() <= 2) return true;
+  const auto from_first = [&](const ContactPoint& point) -> Vector3 { return point.position - points[0].position; };
+  const Vector3 along = from_first(*std::ranges::max_element(
+      points, {}, [&](const ContactPoint& point) { return from_first(point).squaredNorm(); }));
+  const double most = kOff * along.squaredNorm();
+  return std::ranges::all_of(
+      points, [&](const ContactPoint& point) { return from_first(point).cross(along).squaredNorm() <= most * most; });
+}
+
+// m/s per N*s, of one side against the other.
+double Mobility(const btVector3& direction, const btVector3& place, const btSolverBody& a, const btSolverBody& b) {
+  btSolverConstraint row;
+  FillPush(direction, place, a, b, row);
+  return 1 / row.m_jacDiagABInv;
 }
 
 }  // namespace
@@ -84,22 +104,27 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
   for (const AddedPair& added : pairs_) {
     const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
+    const bool are_on_a_line = AreOnALine(added.points);
     for (size_t i = 0; i < added.points.size(); ++i) {
       if (added.points[i].is_ahead) {
         added.impulses[i] = {};
       } else {
-        AddPoint(id_a, id_b, *added.pair, added.points[i], added.impulses[i]);
+        AddPoint(id_a, id_b, added, i, are_on_a_line);
       }
     }
   }
   AddTorsions();
 }
 
-void ContactSolver::AddPoint(int id_a, int id_b, const ContactPair& pair, ContactPoint& point, PointImpulse& impulse) {
+void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, bool is_on_a_line) {
+  const ContactPair& pair = *added.pair;
+  ContactPoint& point = added.points[number];
+  PointImpulse& impulse = added.impulses[number];
   btSolverBody& a = m_tmpSolverBodyPool[id_a];
   btSolverBody& b = m_tmpSolverBodyPool[id_b];
-  const int index = m_tmpSolverContactConstraintPool.size();
-  points_.push_back({id_a, id_b, &point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction});
+  const int first_friction = m_tmpSolverContactFrictionConstraintPool.size();
+  points_.push_back({id_a, id_b, &point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction,
+                     first_friction, first_friction});
   // The points are those of the present poses: what was found for them is used in full. The solver then goes on over
   // many steps, and what rests comes to rest to the last digits.
   const btVector3 place = ToBullet(point.position), push = -ToBullet(point.normal);
@@ -114,20 +139,34 @@ void ContactSolver::AddPoint(int id_a, int id_b, const ContactPair& pair, Contac
   const btVector3 run = ToBullet(pair.surface_velocity);
   std::array<btVector3, 2> directions;
   FindTangents(push, VelocityAt(a, place) - VelocityAt(b, place) - run, directions[0], directions[1]);
-  // Sweeps follow the slip from step to step, so that one direction is enough for them. What is solved all at once is
-  // held in both: a wheel that is driven one way would drift the other.
-  for (size_t i = 0; i < frictions_per_point(); ++i) {
-    btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool.expandNonInitializing();
-    friction.m_solverBodyIdA = id_a;
-    friction.m_solverBodyIdB = id_b;
-    const double rate = FillPush(directions[i], place, a, b, friction);
-    friction.m_rhs = (run.dot(directions[i]) - rate) * friction.m_jacDiagABInv;
-    friction.m_friction = point.friction;
-    friction.m_frictionIndex = index;
-    const double wanted = -warm_scale_ * impulse.friction.dot(FromBullet(directions[i]));
-    const double bound = point.friction * pressing;
-    StartFrom(std::clamp(wanted, -bound, bound), a, b, friction);
+  const Surface surface{place, run, pressing};
+  AddFriction(directions[0], surface);
+  // Sweeps follow the slip from step to step, so that one direction is enough for them where points lie beside each
+  // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
+  // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
+  // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
+  // other.
+  const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
+  if (is_direct_ || (is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
+    AddFriction(directions[1], surface);
   }
+}
+
+void ContactSolver::AddFriction(const btVector3& direction, const Surface& surface) {
+  AddedPoint& point = points_.back();
+  btSolverBody& a = m_tmpSolverBodyPool[point.id_a];
+  btSolverBody& b = m_tmpSolverBodyPool[point.id_b];
+  btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool.expandNonInitializing();
+  friction.m_solverBodyIdA = point.id_a;
+  friction.m_solverBodyIdB = point.id_b;
+  const double rate = FillPush(direction, surface.place, a, b, friction);
+  friction.m_rhs = (surface.run.dot(direction) - rate) * friction.m_jacDiagABInv;
+  friction.m_friction = point.point->friction;
+  friction.m_frictionIndex = static_cast<int>(points_.size()) - 1;
+  const double wanted = -warm_scale_ * point.impulse->friction.dot(FromBullet(direction));
+  const double bound = point.point->friction * surface.pressing;
+  StartFrom(std::clamp(wanted, -bound, bound), a, b, friction);
+  ++point.end_friction;
 }
 
 void ContactSolver::AddTorsions() {
@@ -192,8 +231,8 @@ btScalar ContactSolver::solveSingleIteration(int, btCollisionObject**, int, btPe
   for (size_t i = 0; i < points_.size(); ++i) {
     if (!is_turn_of(i)) continue;
     const btScalar pressing = normals[static_cast<int>(i)].m_appliedImpulse;
-    for (size_t j = i * frictions_per_point(); j < (i + 1) * frictions_per_point(); ++j) {
-      const btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[static_cast<int>(j)];
+    for (int j = points_[i].first_friction; j < points_[i].end_friction; ++j) {
+      const btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[j];
       const btScalar bound = row.m_friction * pressing;
       // One that does not press has what it was started from taken out, and then nothing more.
       if (bound != 0 || row.m_appliedImpulse != 0) relax(row, -bound, bound);
@@ -323,8 +362,7 @@ void ContactSolver::TakeImpulses() {
   for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
     const AddedPoint& added = points_[static_cast<size_t>(i)];
     btVector3 across(0, 0, 0);
-    const auto per_point = static_cast<int>(frictions_per_point());
-    for (int j = i * per_point; j < (i + 1) * per_point; ++j) {
+    for (int j = added.first_friction; j < added.end_friction; ++j) {
       const btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[j];
       across -= row.m_contactNormal1 * row.m_appliedImpulse;
     }

@@ -92,10 +92,19 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     PointImpulse* impulse;
     double rolling_friction;  // m
     double spinning_friction;
+    int first_friction;  // of its rows of friction
+    int end_friction;
   };
   int SolverBodyOf(Body* body, double step_size);
-  size_t frictions_per_point() const { return is_direct_ ? 2 : 1; }
-  void AddPoint(int id_a, int id_b, const ContactPair& pair, ContactPoint& point, PointImpulse& impulse);
+  // Where friction works on a point, and how.
+  struct Surface {
+    btVector3 place;
+    btVector3 run;    // m/s, over the bodies
+    double pressing;  // N*s, from which a solve starts
+  };
+  void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, bool is_on_a_line);
+  // Of the last point.
+  void AddFriction(const btVector3& direction, const Surface& surface);
   void AddTorsions();
   void AddTorsion(int normal, const Vector3& axis, double arm);
   double Resolve(btSolverConstraint& row) {
