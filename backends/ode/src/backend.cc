@@ -45,7 +45,7 @@ Status CheckRandomNumbersAreOurs() {
     }
   }
   const uint64_t before = RandomDraws();
-  solver.Step(ContactSolver::Effort::kFull);
+  solver.Step();
   if (RandomDraws() == before) {
     return absl::InternalError(
         "ODE draws random numbers from its own generator, which its worlds share: link the program so that it exports "

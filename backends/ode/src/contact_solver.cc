@@ -32,9 +32,6 @@ constexpr double kFirmness = 0.1;
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
 constexpr size_t kIterationsWanted = 150;
-// What slips or parts moves anyhow: more was a sixth of the time of 40 piles of 16 to 72 boxes, and no stack of 30
-// stood better for it.
-constexpr size_t kSomeIterations = 40;
 // Of a tower, more than that: it needs as many as the square of its height, and is to come near enough to go on from.
 constexpr size_t kIterationsPerTwoRows = 5;
 constexpr size_t kDirectContactsMax = 100;
@@ -373,11 +370,10 @@ double ContactSolver::Softness(const ContactConstraint& contact) const {
   return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * inverse_mass;
 }
 
-uint32_t ContactSolver::Iterations(Effort effort) const {
-  if (settings_.iterations != kPresetIterations || effort == Effort::kBrief) return settings_.iterations;
+uint32_t ContactSolver::Iterations() const {
+  if (settings_.iterations != kPresetIterations) return settings_.iterations;
   const size_t rows = std::max<size_t>(row_count_, 1);
-  const size_t wanted =
-      effort == Effort::kSome ? kSomeIterations : std::max(kIterationsWanted, kIterationsPerTwoRows * rows / 2);
+  const size_t wanted = std::max(kIterationsWanted, kIterationsPerTwoRows * rows / 2);
   return static_cast<uint32_t>(std::max<size_t>(kPresetIterations, std::min(kRowUpdates / rows, wanted)));
 }
 
@@ -388,7 +384,7 @@ uint32_t ContactSolver::Seed() const {
   return row_count_ * kPresetIterations < kRowUpdates ? kSeedOfFew : static_cast<uint32_t>(seed_);
 }
 
-void ContactSolver::Step(Effort effort) {
+void ContactSolver::Step(bool briefly) {
   dRandSetSeed(Seed());
   is_faulted_ = true;
   dWorldSetCFM(world_, torsion_softness_);
@@ -396,7 +392,7 @@ void ContactSolver::Step(Effort effort) {
   if (is_direct_) {
     done = dWorldStep(world_, step_size_);
   } else {
-    dWorldSetQuickStepNumIterations(world_, static_cast<int>(Iterations(effort)));
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(briefly ? kPresetIterations : Iterations()));
     done = dWorldQuickStep(world_, step_size_);
   }
   if (done == 0) throw EngineFault("ODE: not enough memory for a step");

@@ -59,10 +59,6 @@ class ContactSolver {
   /// 0.77 mm in the mean).
   static constexpr uint32_t kPresetIterations = 16;
 
-  /// Of few rows: as many sweeps as a preset makes of many; some more, for what moves anyhow; or as many as it takes
-  /// for what rests not to creep.
-  enum class Effort { kBrief, kSome, kFull };
-
   explicit ContactSolver(const StepperSettings& settings);
   ~ContactSolver();
   ContactSolver(const ContactSolver&) = delete;
@@ -90,9 +86,9 @@ class ContactSolver {
   void AddContact(const ContactConstraint& contact);
   /// Whether few rows get more sweeps than a preset's, so that fewer may do.
   bool MayBeBrief() const { return settings_.iterations == kPresetIterations; }
-  /// Solves and moves, by as many sweeps as the rows need if anybody chose none. An EngineFault out of here leaves
+  /// Solves and moves, `briefly` with the preset's sweeps however few rows there are. An EngineFault out of here leaves
   /// nothing to go on with.
-  void Step(Effort effort);
+  void Step(bool briefly = false);
 
   Motion motion(uint32_t body) const;
   /// N*s on the `body` of the contact that was added as the `contact`th, once impulses were taken.
@@ -121,7 +117,7 @@ class ContactSolver {
   double Softness(const ContactConstraint& contact) const;
   void SetTorsion(const ContactConstraint& contact, dContact& to);
   dxBody* OtherBody(const ContactConstraint& contact);
-  uint32_t Iterations(Effort effort) const;
+  uint32_t Iterations() const;
   uint32_t Seed() const;
   void StirSeed(double value);
 

@@ -115,7 +115,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
   Recognise(contacts);
-  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kLoose, Way::kCold}) {
+  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kCold}) {
     SolveGroup(step_size, way, state, contacts, joint_rows);
   }
   warm_start_.End(contacts.points);
@@ -241,7 +241,7 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
       pull = std::max(pull, -point.normal_impulse);
       held += point.friction_impulse.norm();
     }
-    if (pull > kPullMax * load || held > grip) pushes_[island].way = Way::kLoose;
+    if (pull > kPullMax * load || held > grip) pushes_[island].way = Way::kCold;
   }
   // What was given may be very much for something light between heavy ones.
   for (size_t i = 0; i < solved_.size(); ++i) {
@@ -258,11 +258,6 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
   }
 }
 
-ContactSolver::Effort World::EffortOf(Way way) {
-  using enum ContactSolver::Effort;
-  return way == Way::kBrief ? kBrief : way == Way::kLoose ? kSome : kFull;
-}
-
 void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
   solved_rows_.clear();
@@ -277,7 +272,7 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   LoadContacts(way, state, contacts);
   LoadRows(state, joint_rows);
   const uint64_t complaints = Complaints();
-  solver_.Step(EffortOf(way));
+  solver_.Step(way == Way::kBrief);
   // The exact solver goes on after an elimination that failed, with numbers that mean nothing. Of which island, it does
   // not say.
   if (way == Way::kDirect && Complaints() != complaints) return GiveUpDirect();

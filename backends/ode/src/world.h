@@ -63,8 +63,8 @@ class World final : public BackendWorld {
   };
 
   // All at once; by sweeps from what held it at the last solve, a few that are enough for what rests, or more; by
-  // sweeps from nothing, some for what slips or parts, or more.
-  enum class Way { kDirect, kBrief, kWarm, kLoose, kCold };
+  // sweeps from nothing.
+  enum class Way { kDirect, kBrief, kWarm, kCold };
 
   // What pushes meet in an island, 1/kg, and how it is solved for that.
   struct Pushes {
@@ -78,7 +78,6 @@ class World final : public BackendWorld {
 
   static void Move(Body& body, const Pose& pose);
   static bool StartsFromGiven(Way way) { return way == Way::kBrief || way == Way::kWarm; }
-  static ContactSolver::Effort EffortOf(Way way);
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
   void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
