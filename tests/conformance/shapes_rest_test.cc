@@ -109,7 +109,8 @@ TEST_P(RestingShapes, AStackStandsFarAwayAsItDoesAtTheOrigin) {
 // Two faces meet in up to eight corners, of which the solver is given four: always the same.
 TEST_P(RestingShapes, ATowerOfTurnedCubesStands) {
   Proves({Claim::kBox, Claim::kPlane});
-  constexpr double kSide = 0.1, kMovedMax = 0.02 * kSide;  // m
+  // m. Measured on other towers: 0.0013 and 0.012 of a side, and 0.02 and all of it where corners take turns.
+  constexpr double kSide = 0.1, kMovedMax = 0.02 * kSide;
   constexpr int kCount = 10, kSteps = 600;
   for (uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(seed);
@@ -135,7 +136,8 @@ TEST_P(RestingShapes, ATowerOfTurnedCubesStands) {
 // Some corner of what rests pulls in each guess at what holds it, so that it is solved from nothing at each step.
 TEST_P(RestingShapes, ATableStandsOnFourCylinders) {
   Proves({Claim::kBox, Claim::kCylinder, Claim::kPlane});
-  constexpr double kMovedMax = 1e-3;  // of its size
+  // Of its size, above the 4e-5 that ODE leaves; with 40 sweeps it leaves up to 0.15.
+  constexpr double kMovedMax = 1e-3;
   constexpr int kSteps = 600;
   for (uint64_t seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);
@@ -147,14 +149,18 @@ TEST_P(RestingShapes, ATableStandsOnFourCylinders) {
     const double size = random.LogUniform(0.02, 3);
     std::vector<Vector3> places;
     std::vector<EntityId> ids;
-    const auto add = [&](const Shape& shape, const Vector3& place) {
+    const auto add = [&](const Shape& shape, const Vector3& place, double mass, double turn) {
       places.push_back(size * place);
-      ids.push_back(Add(*world, Body(shape, places.back())));
+      EntityDesc body = Body(shape, places.back(), mass);
+      body.pose.orientation = Eigen::AngleAxisd(turn, Vector3::UnitZ());
+      ids.push_back(Add(*world, body));
     };
-    for (const double x : {-0.7, 0.7}) {
-      for (const double y : {-0.6, 0.6}) add(Cylinder{0.16 * size, 0.6 * size}, {x, y, 0.6});
+    for (const double x : {-0.8, 0.8}) {
+      for (const double y : {-0.7, 0.7}) {
+        add(Cylinder{0.16 * size, 0.6 * size}, {x, y, 0.6}, 1, random.Uniform(-0.4, 0.4));
+      }
     }
-    add(Box{size * Vector3(1, 0.9, 0.12)}, {0, 0, 1.32});
+    add(Box{size * Vector3(1, 0.9, 0.12)}, {0, 0, 1.32}, 7, 0);
 
     Steps(*world, kSteps);
 

@@ -32,7 +32,8 @@ btVector3 VelocityAt(const btSolverBody& body, const btVector3& place) {
 }
 
 bool AreOnALine(std::span<const ContactPoint> points) {
-  constexpr double kOff = 1e-3;  // of the length
+  // Of the length: more than rounding leaves of a line that a mesh cuts in pieces, and less than any box is wide.
+  constexpr double kOff = 1e-3;
   if (points.size() <= 2) return true;
   const auto from_first = [&](const ContactPoint& point) -> Vector3 { return point.position - points[0].position; };
   const Vector3 along = from_first(*std::ranges::max_element(

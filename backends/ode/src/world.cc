@@ -224,9 +224,9 @@ void World::GiveUpDirect() {
   }
 }
 
-// An island that would have to be held by more than contact and friction slips or parts somewhere: it is solved again
-// from nothing, and few sweeps are enough to see that. So is one of which sweeps left too much, but after few of them
-// with more.
+// An island that would have to be held by more than contact and friction is solved again from nothing, and few sweeps
+// are enough to see that. It need not move: of four corners one may pull in each guess and carry nothing in truth. So
+// is one of which sweeps left too much, but after few of them with more.
 void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
   const bool is_brief = way == Way::kBrief;
   for (const ContactPair& pair : contacts.pairs) {

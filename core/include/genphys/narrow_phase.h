@@ -39,7 +39,8 @@ FewPoints ChooseFew(std::span<const MeetingPoint> points);
 
 /// Whether this pair belongs to FindContacts(). Engines have cones, ellipsoids, hulls, meshes and heightfields in part,
 /// with margins, in single precision or not at all, and where a capsule or a cylinder meets something with edges they
-/// give one point where there are more, or a normal that is off. Balls, boxes and planes among each other they do well.
+/// give one point where there are more, or a normal that is off. Balls, boxes and planes among each other
+/// they do well, but for boxes that ODE takes to be apart: its adapter asks once more.
 bool IsForNarrowPhase(const Shape& a, const Shape& b);
 
 /// Where `a` and `b` meet at these placements; points with a gap of more than `gap` (m) are left out. A function of its
