@@ -18,6 +18,15 @@ constexpr size_t kPointUpdates = 2000;
 constexpr int kIterationsMax = 100;
 // Less than the twice from which on friction that follows the slip overshoots.
 constexpr double kEasy = 1.5;
+// The part of what friction may do from which on a pair bears a load along its surfaces.
+constexpr double kLoaded = 0.05;
+// Of more points at a time, loads are not looked at: a pile of 1,000 boxes that settles takes 8 % longer with it.
+constexpr size_t kBearingPointsMax = 4000;
+// Of the slip that there would be without what friction did: with more than this part of it, the slip itself tells its
+// direction.
+constexpr double kKnownPart = 0.9;
+// The same of half of the points, up to which these may hold alone what all of them do.
+constexpr double kSharedMax = 0.8;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
@@ -105,19 +114,36 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
   for (const AddedPair& added : pairs_) {
     const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
-    const bool are_on_a_line = AreOnALine(added.points);
+    const Grip grip = GripOf(added);
     for (size_t i = 0; i < added.points.size(); ++i) {
       if (added.points[i].is_ahead) {
         added.impulses[i] = {};
       } else {
-        AddPoint(id_a, id_b, added, i, are_on_a_line);
+        AddPoint(id_a, id_b, added, i, grip);
       }
     }
   }
   AddTorsions();
 }
 
-void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, bool is_on_a_line) {
+// How its points share a load is left to chance, so that they count together.
+ContactSolver::Grip ContactSolver::GripOf(const AddedPair& added) const {
+  Grip grip{.is_on_a_line = AreOnALine(added.points)};
+  Vector3 braked = Vector3::Zero();
+  double most[2] = {};
+  for (size_t i = 0; i < added.points.size(); ++i) {
+    braked += added.impulses[i].friction;
+    most[i % 2] += added.points[i].friction * added.impulses[i].normal;
+  }
+  const double held = braked.norm(), count = static_cast<double>(std::max<size_t>(added.points.size(), 1));
+  grip.bears = point_count_ <= kBearingPointsMax && held > kLoaded * (most[0] + most[1]);
+  grip.may_share = held <= kSharedMax * 2 * std::min(most[0], most[1]) && !is_direct_;
+  grip.load = warm_scale_ * held;
+  grip.braked = warm_scale_ / count * ToBullet(braked);
+  return grip;
+}
+
+void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip) {
   const ContactPair& pair = *added.pair;
   ContactPoint& point = added.points[number];
   PointImpulse& impulse = added.impulses[number];
@@ -136,19 +162,31 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double pressing = warm_scale_ * impulse.normal;
   StartFrom(pressing, a, b, normal);
 
-  // Friction works against the slip of the surfaces, which may run over their bodies.
+  // Friction works against the slip of the surfaces, which may run over their bodies. Where a load comes through other
+  // contacts, nothing slips before a solve that would tell its direction, but what friction did in the last one tells
+  // it.
   const btVector3 run = ToBullet(pair.surface_velocity);
+  btVector3 slip = VelocityAt(a, place) - VelocityAt(b, place) - run;
+  slip -= push * push.dot(slip);
+  const double ease = 1 / normal.m_jacDiagABInv;
+  const double inverse_mass = a.internalGetInvMass().x() + b.internalGetInvMass().x();
+  const bool bears = grip.bears && slip.length() <= kKnownPart * inverse_mass * grip.load;
   std::array<btVector3, 2> directions;
-  FindTangents(push, VelocityAt(a, place) - VelocityAt(b, place) - run, directions[0], directions[1]);
-  const Surface surface{place, run, pressing};
+  FindTangents(push, bears ? slip + ease * grip.braked : slip, directions[0], directions[1]);
+  if (bears && grip.may_share) {
+    // Far from slipping, points hold along the load and across it in turns, each for its neighbour too.
+    AddFriction(directions[number % 2], {place, run, pressing, 2 * point.friction});
+    return;
+  }
+  const Surface surface{place, run, pressing, point.friction};
   AddFriction(directions[0], surface);
   // Sweeps follow the slip from step to step, so that one direction is enough for them where points lie beside each
   // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
   // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
   // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
-  // other.
+  // other. So is what may slip soon, or it would by what is left over across the load.
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
-  if (is_direct_ || (is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
+  if (is_direct_ || bears || (grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
     AddFriction(directions[1], surface);
   }
 }
@@ -162,10 +200,10 @@ void ContactSolver::AddFriction(const btVector3& direction, const Surface& surfa
   friction.m_solverBodyIdB = point.id_b;
   const double rate = FillPush(direction, surface.place, a, b, friction);
   friction.m_rhs = (surface.run.dot(direction) - rate) * friction.m_jacDiagABInv;
-  friction.m_friction = point.point->friction;
+  friction.m_friction = surface.friction;
   friction.m_frictionIndex = static_cast<int>(points_.size()) - 1;
   const double wanted = -warm_scale_ * point.impulse->friction.dot(FromBullet(direction));
-  const double bound = point.point->friction * surface.pressing;
+  const double bound = surface.friction * surface.pressing;
   StartFrom(std::clamp(wanted, -bound, bound), a, b, friction);
   ++point.end_friction;
 }

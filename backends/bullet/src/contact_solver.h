@@ -101,8 +101,18 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     btVector3 place;
     btVector3 run;    // m/s, over the bodies
     double pressing;  // N*s, from which a solve starts
+    double friction;  // Coulomb coefficient
   };
-  void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, bool is_on_a_line);
+  // What is known of a pair before its points are added.
+  struct Grip {
+    bool is_on_a_line = false;
+    btVector3 braked{0, 0, 0};  // N*s on b, by which friction starts, in the mean of its points
+    double load = 0;            // N*s, of all of them together
+    bool bears = false;         // that is a load
+    bool may_share = false;     // each half of the points, taken in turns, could hold twice that alone
+  };
+  Grip GripOf(const AddedPair& added) const;
+  void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip);
   // Of the last point.
   void AddFriction(const btVector3& direction, const Surface& surface);
   void AddTorsions();
