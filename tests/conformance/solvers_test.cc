@@ -1,5 +1,7 @@
 // The solver that is asked for is the one that solves, on every engine.
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine_test.h"
 
@@ -72,6 +74,86 @@ TEST_P(Solvers, WhatIsTooLargeToBeSolvedAtOnceIsSolvedInSweeps) {
   Steps(*world, 60);
 
   for (const EntityId id : ids) EXPECT_NEAR(PositionOf(*world, id).z(), 0.5, kTouch);
+}
+
+/// Plates in rows on a heavy slab that nothing but its weight holds where it is.
+struct Crowd {
+  std::unique_ptr<World> world;
+  std::vector<EntityId> plates;
+  std::vector<Vector3> starts;
+};
+
+constexpr double kPlateFriction = 0.5;
+
+Crowd PlatesOnASlab(const std::string& engine, int count, const Vector3& velocity) {
+  const Material rough{.friction = 2};
+  Crowd crowd{.world = MakeWorld(WorldDesc{.engine = engine,
+                                           .gravity = {0, 0, -kGravity},
+                                           .default_material = rough,
+                                           .default_auto_disable = {.enabled = false}})};
+  Add(*crowd.world, Body(Box{{8, 8, 0.5}}, {0, 0, 0.5}, 1e4));
+  for (int i = 0; i < count; ++i) {
+    crowd.starts.emplace_back(i % 10 - 4.5, i / 10 - 5.0, 1.1);
+    EntityDesc plate = Body(Box{{0.3, 0.2, 0.1}}, crowd.starts.back());
+    plate.rigid_body->geometries[0].material = {.friction = kPlateFriction, .friction_mixing = Mixing::kMinimum};
+    plate.rigid_body->linear_velocity = velocity;
+    crowd.plates.push_back(Add(*crowd.world, plate));
+  }
+  return crowd;
+}
+
+/// One plate, and so many that they are an island of more than four hundred contacts; slides along the sides of plates
+/// and across them.
+struct Slide {
+  int count = 0;
+  Vector3 along = Vector3::UnitX();
+};
+
+std::vector<Slide> Slides() {
+  std::vector<Slide> slides;
+  for (const int count : {1, 110}) {
+    for (const double degrees : {0, 30, 45}) {
+      const double heading = degrees * std::numbers::pi / 180;
+      slides.push_back({count, {std::cos(heading), std::sin(heading), 0}});
+    }
+  }
+  return slides;
+}
+
+// Plate and slab fall together, so that nothing slips before a solve that would tell where the plate wants to.
+TEST_P(Solvers, SweepsHoldAndSlideOnWhatCanMoveAsCoulombSays) {
+  Proves({Claim::kKineticFriction});
+  for (const auto& [count, along] : Slides()) {
+    for (const double slope : {0.1, 0.5, 0.7, 0.9, 1.05}) {
+      Crowd crowd = PlatesOnASlab(GetParam(), count, Vector3::Zero());
+      Do(*crowd.world, SetGravity{slope * kPlateFriction * kGravity * along - Vector3(0, 0, kGravity)});
+
+      Steps(*crowd.world, 60);
+
+      // What slides begins to in one of the first few steps.
+      const double slides = std::max(slope - 1, 0.0) * kPlateFriction * kGravity;
+      const double tolerance = slope > 1 ? 0.2 * slides : 1e-3;
+      for (const EntityId id : crowd.plates) {
+        EXPECT_LE((VelocityOf(*crowd.world, id) - slides * along).norm(), tolerance) << slope << " " << along;
+      }
+    }
+  }
+}
+
+TEST_P(Solvers, SweepsStopASlideOnWhatCanMoveWhereCoulombSays) {
+  Proves({Claim::kKineticFriction});
+  constexpr double kSpeed = 2;
+  for (const auto& [count, along] : Slides()) {
+    Crowd crowd = PlatesOnASlab(GetParam(), count, kSpeed * along);
+
+    Steps(*crowd.world, 120);
+
+    const double way = kSpeed * kSpeed / (2 * kPlateFriction * kGravity);
+    for (size_t i = 0; i < crowd.plates.size(); ++i) {
+      const Vector3 end = PositionOf(*crowd.world, crowd.plates[i]);
+      EXPECT_LE((end - crowd.starts[i] - way * along).norm(), 1e-4 * way) << count << " " << along;
+    }
+  }
 }
 
 TEST_P(Solvers, ChangeBetweenAnyTwoSteps) {

@@ -45,11 +45,25 @@ constexpr double kDirectSpreadMax = 1e6;
 constexpr double kLeastArm = 1e-30;
 // kg and kg*m^2: nothing of the model moves that.
 constexpr double kImmovableMass = 1e30;
+// m/s^2, of the Earth.
+constexpr double kGravity = 9.81;
 // Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
 // it keeps a resting body trembling.
-constexpr double kSlipGate = 0.02 * 9.81;
-// rad/s^2: the same of a direction of rolling.
+constexpr double kSlipGate = 0.02 * kGravity;
+// What slips in one step by less than friction stops in this part of it is held where it is rather than braked.
+constexpr double kHeldPart = 0.8;
+// rad/s^2: the same as the gate of a slip, of a direction of rolling.
 constexpr double kRollGate = 0.2;
+
+// m/s, of what friction has to brake: the slip or, if friction may stop it, the slip that there would be had it not
+// done anything in the last solve either. Where a load comes through another contact, there is no slip before a solve
+// that tells its direction.
+Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass) {
+  const auto across = [&](const Vector3& v) -> Vector3 { return v - contact.normal * contact.normal.dot(v); };
+  const Vector3 slip = across(contact.relative_velocity);
+  if (slip.norm() > inverse_mass * contact.grip) return slip;
+  return slip - inverse_mass * across(contact.braked);
+}
 
 Vector3 FromOde(const dReal* v) { return {v[0], v[1], v[2]}; }
 
@@ -79,14 +93,30 @@ double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trac
 
 // Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
 // way it goes; the engine's own axes would brake a diagonal one more.
-void SetFriction(const ContactConstraint& contact, double step_size, dContact& to) {
+void SetFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to) {
   to.surface.mu = contact.friction;
-  const Vector3 slip = contact.relative_velocity - contact.normal * contact.normal.dot(contact.relative_velocity);
   const double speed = slip.norm();
   if (speed > kSlipGate * step_size) {
     to.surface.mode |= dContactFDir1;
     ToOde(slip / speed, to.fdir1);
   }
+}
+
+// The same with one axis a point, which is a third less to sweep. Points of what slips, or is about to, all brake it
+// along its slip. Of what rests they hold along two axes in turns, each for its neighbour too.
+void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to) {
+  to.surface.mode |= dContactFDir1 | dContactAxisDep;
+  to.surface.mu = contact.friction;
+  to.surface.mu2 = 0;
+  const double speed = slip.norm();
+  if (speed > std::max(kSlipGate, kHeldPart * kGravity * contact.friction) * step_size) {
+    ToOde(slip / speed, to.fdir1);
+    return;
+  }
+  dVector3 first, second;
+  dPlaneSpace(to.geom.normal, first, second);
+  ToOde(FromOde(*contact.patch_point % 2 == 0 ? second : first), to.fdir1);
+  to.surface.mu *= 2;
 }
 
 // Resistance to rolling is bounded along the same two axes. Where nothing slides the first follows the rolling.
@@ -250,6 +280,8 @@ bool ContactSolver::MayBeDirect(size_t contacts, size_t rows, double spread) {
   return contacts <= kDirectContactsMax && rows <= kDirectRowsMax && spread <= kDirectSpreadMax;
 }
 
+bool ContactSolver::MayShareFriction(size_t contacts) { return 3 * contacts * kPresetIterations >= kRowUpdates; }
+
 void ContactSolver::Reserve(size_t contacts, size_t held, size_t rows, bool direct) {
   if (feedback_.size() < contacts) feedback_.resize(contacts);
   // The composer keeps where its rows are.
@@ -290,14 +322,18 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   for (double component : contact.relative_velocity) StirSeed(component);
   if (is_held) return AddHeld(contact, PartingSpeed(contact.depth, ode_contact, step_size_));
   if (is_direct_) SetSoftness(Softness(contact), ode_contact);
-  SetFriction(contact, step_size_, ode_contact);
-  if (contact.rolling_friction > 0 || contact.spinning_friction > 0) SetTorsion(contact, ode_contact);
+  const bool resists_turning = contact.rolling_friction > 0 || contact.spinning_friction > 0;
+  const bool is_shared = contact.patch_point && contact.friction > 0 && !resists_turning;
+  // What rolls is braked along its rolling.
+  const Vector3 slip = SlipUnbraked(contact, resists_turning ? 0 : InverseMass(contact));
+  (is_shared ? ShareFriction : SetFriction)(contact, slip, step_size_, ode_contact);
+  if (resists_turning) SetTorsion(contact, ode_contact);
   SetOtherVelocity(contact, ode_contact);
   dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);
   dJointAttach(joint, bodies_[contact.body], OtherBody(contact));
   dJointSetFeedback(joint, &feedback_[given_.size() - 1]);
   ++contact_count_;
-  row_count_ += contact.friction > 0 ? 3 : 1;
+  row_count_ += contact.friction == 0 ? 1 : is_shared ? 2 : 3;
 }
 
 // As a joint of three rows: what is given acts as a force of this step, for the inertia to be that with which the body
@@ -364,10 +400,13 @@ void ContactSolver::StirSeed(double value) {
   seed_ ^= seed_ >> 32;
 }
 
+double ContactSolver::InverseMass(const ContactConstraint& contact) const {
+  const double inverse_mass = 1 / masses_[contact.body].mass;
+  return contact.other == ContactConstraint::kImmovable ? inverse_mass : inverse_mass + 1 / masses_[contact.other].mass;
+}
+
 double ContactSolver::Softness(const ContactConstraint& contact) const {
-  double inverse_mass = 1 / masses_[contact.body].mass;
-  if (contact.other != ContactConstraint::kImmovable) inverse_mass += 1 / masses_[contact.other].mass;
-  return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * inverse_mass;
+  return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * InverseMass(contact);
 }
 
 uint32_t ContactSolver::Iterations() const {

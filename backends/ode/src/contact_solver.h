@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,7 +40,11 @@ struct ContactConstraint {
   Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s: the slip
   // m/s, at the point, at which there is none: of an immovable other side, less how the surface of `body` runs.
   Vector3 other_velocity = Vector3::Zero();
+  Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
+  double grip = 0;                   // N*s, the most that it could have been
   ErrorCorrection correction;
+  // Which point of its pair, if they may share the work of friction among them.
+  std::optional<uint32_t> patch_point;
   double rolling_friction = 0;              // m
   double spinning_friction = 0;             // m
   Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s
@@ -78,6 +83,8 @@ class ContactSolver {
   /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
   /// times more than the hardest.
   static bool MayBeDirect(size_t contacts, size_t rows, double spread);
+  /// Whether an island has so many contacts that points of a pair may share the work of friction.
+  static bool MayShareFriction(size_t contacts);
   /// Tells how many contacts, how many of them with something given, and rows of joints will be added at most, and
   /// whether they are solved all at once; must be called before the first.
   void Reserve(size_t contacts, size_t held, size_t rows, bool direct);
@@ -114,6 +121,7 @@ class ContactSolver {
   void EmptyGroup();
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
+  double InverseMass(const ContactConstraint& contact) const;
   double Softness(const ContactConstraint& contact) const;
   void SetTorsion(const ContactConstraint& contact, dContact& to);
   dxBody* OtherBody(const ContactConstraint& contact);

@@ -9,6 +9,10 @@ namespace {
 constexpr double kSamePoint = 0.02;
 // The part of what friction may hold: with more of it, a pair slips or soon will.
 constexpr double kStuckMax = 0.95;
+// The same from which on it matters in which direction friction is bounded. With less, that direction is noise.
+constexpr double kStrained = 0.5;
+// The same of half of the points, for these to hold alone what all of them do.
+constexpr double kSharedMax = 0.8;
 
 void Append(const Vector3& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(value.data()), 3 * sizeof(double));
@@ -17,16 +21,6 @@ void Append(const Vector3& value, std::string& bytes) {
 template <typename T>
 void Append(const T& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-// How the points of a pair share what holds it is left to chance, so that they count together.
-bool IsStuck(std::span<const ContactPoint> points) {
-  double held = 0, grip = 0;
-  for (const ContactPoint& point : points) {
-    held += point.friction_impulse.norm();
-    grip += point.friction * point.normal_impulse;
-  }
-  return grip > 0 && held <= kStuckMax * grip;
 }
 
 }  // namespace
@@ -53,7 +47,7 @@ const WarmStart::Pair* WarmStart::Find(const Key& key) const {
   return place != index_.end() && place->first == key ? &before_.pairs[place->second] : nullptr;
 }
 
-Vector3 WarmStart::GivenAt(const Pair& old, const Vector3& place, const Vector3& normal) const {
+WarmStart::Recalled WarmStart::RecallAt(const Pair& old, const Vector3& place, const Vector3& normal) const {
   uint32_t nearest = old.first;
   double least = kSamePoint * kSamePoint;
   bool is_found = false;
@@ -64,13 +58,21 @@ Vector3 WarmStart::GivenAt(const Pair& old, const Vector3& place, const Vector3&
     nearest = i;
     is_found = true;
   }
-  if (!is_found) return Vector3::Zero();
-  const Vector3& across = before_.impulses[nearest];
-  return scale_ * (before_.pressures[nearest] * normal + across - across.dot(normal) * normal);
+  if (!is_found) return {};
+  const Vector3& impulse = before_.impulses[nearest];
+  Recalled recalled{.braked = scale_ * old.braked, .grip = scale_ * old.grip, .may_share = old.may_share};
+  if (old.strain > kStuckMax) return recalled;
+  recalled.given = scale_ * (before_.pressures[nearest] * normal + impulse - impulse.dot(normal) * normal);
+  return recalled;
+}
+
+void WarmStart::TakeBack() {
+  std::swap(now_, before_);
+  step_size_ /= scale_;
 }
 
 bool WarmStart::Add(const Key& key, const Pose& frame, std::span<const ContactPoint> points, uint32_t first,
-                    std::span<Vector3> given) {
+                    std::span<Recalled> recalled) {
   now_.pairs.push_back({.key = key,
                         .first = static_cast<uint32_t>(now_.places.size()),
                         .count = static_cast<uint32_t>(points.size()),
@@ -80,7 +82,7 @@ bool WarmStart::Add(const Key& key, const Pose& frame, std::span<const ContactPo
   const Pair* const old = Find(key);
   if (old == nullptr) return false;
   for (size_t i = 0; i < points.size(); ++i) {
-    given[i] = GivenAt(*old, now_.places[now_.pairs.back().first + i], points[i].normal);
+    recalled[i] = RecallAt(*old, now_.places[now_.pairs.back().first + i], points[i].normal);
   }
   return true;
 }
@@ -88,10 +90,23 @@ bool WarmStart::Add(const Key& key, const Pose& frame, std::span<const ContactPo
 void WarmStart::End(std::span<const ContactPoint> points) {
   for (Pair& pair : now_.pairs) {
     const std::span<const ContactPoint> own = points.subspan(pair.first_point, pair.count);
-    const bool rests = IsStuck(own);
+    // How the points of a pair share what holds it is left to chance, so that they count together.
+    const double count = std::max(pair.count, 1u);
+    double held = 0, grips[2] = {};
+    for (size_t i = 0; i < own.size(); ++i) {
+      pair.braked += own[i].friction_impulse / count;
+      held += own[i].friction_impulse.norm();
+      grips[i % 2] += own[i].friction * own[i].normal_impulse;
+    }
+    const double grip = grips[0] + grips[1];
+    pair.grip = grip / count;
+    pair.strain = grip > 0 ? held / grip : 1;
+    const double load = pair.braked.norm();
+    pair.may_share = count * load <= kSharedMax * 2 * std::min(grips[0], grips[1]);
+    if (load <= kStrained * pair.grip) pair.braked.setZero();
     for (const ContactPoint& point : own) {
-      now_.impulses.push_back(rests && point.normal_impulse > 0 ? point.friction_impulse : Vector3(Vector3::Zero()));
-      now_.pressures.push_back(rests ? std::max(point.normal_impulse, 0.0) : 0);
+      now_.impulses.push_back(point.normal_impulse > 0 ? point.friction_impulse : Vector3(Vector3::Zero()));
+      now_.pressures.push_back(std::max(point.normal_impulse, 0.0));
     }
   }
 }
@@ -103,6 +118,10 @@ void WarmStart::Save(std::string& bytes) const {
     Append(pair.key.a, bytes);
     Append(pair.key.b, bytes);
     Append(pair.count, bytes);
+    Append(pair.strain, bytes);
+    Append(pair.braked, bytes);
+    Append(pair.grip, bytes);
+    Append(pair.may_share, bytes);
   }
   for (size_t i = 0; i < now_.places.size(); ++i) {
     Append(now_.places[i], bytes);

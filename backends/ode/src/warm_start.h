@@ -24,14 +24,24 @@ class WarmStart {
     auto operator<=>(const Key&) const = default;
   };
 
+  /// What the last solve says of a point.
+  struct Recalled {
+    Vector3 given = Vector3::Zero();   // N*s, what to give to b: nothing where something slipped
+    Vector3 braked = Vector3::Zero();  // N*s, of friction, on b, in the mean of the pair's points; or nothing
+    double grip = 0;                   // N*s, the most that it could have been
+    bool may_share = false;            // each half of the points, taken in turns, could hold twice that alone
+  };
+
   /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised.
   void Begin(double step_size);
 
-  /// Adds a pair with its `points`, the first of which is the `first` one of the contact buffer. Writes to `given`, one
-  /// for each point, what to give to b, N*s: nothing where something slipped. False if the pair was not there before.
-  /// `frame` is the pose of the side in which its points stand still.
+  /// Forgets what was solved since Begin(), as for the same solve once more.
+  void TakeBack();
+
+  /// Adds a pair with its `points`, the first of which is the `first` one of the contact buffer, and recalls each.
+  /// False if the pair was not there before. `frame` is the pose of the side in which its points stand still.
   bool Add(const Key& key, const Pose& frame, std::span<const ContactPoint> points, uint32_t first,
-           std::span<Vector3> given);
+           std::span<Recalled> recalled);
 
   /// Remembers what the solve found, of all `points` of the contact buffer.
   void End(std::span<const ContactPoint> points);
@@ -44,18 +54,22 @@ class WarmStart {
     Key key;
     uint32_t first = 0;  // in places and impulses
     uint32_t count = 0;
-    uint32_t first_point = 0;  // in the contact buffer
+    uint32_t first_point = 0;          // in the contact buffer
+    Vector3 braked = Vector3::Zero();  // N*s, of friction on b, in the mean of its points
+    double grip = 0;                   // N*s, the most that it could have been
+    double strain = 1;                 // the part that it took of what friction may hold
+    bool may_share = false;            // see Recalled
   };
   struct Memory {
     std::vector<Pair> pairs;
     std::vector<Vector3> places;    // in the frame
     std::vector<Vector3> impulses;  // on b, across the normal, N*s
-    std::vector<double> pressures;  // on b, along it, N*s; zero where something slips
+    std::vector<double> pressures;  // on b, along it, N*s
     void Clear();
   };
 
   const Pair* Find(const Key& key) const;
-  Vector3 GivenAt(const Pair& old, const Vector3& place, const Vector3& normal) const;
+  Recalled RecallAt(const Pair& old, const Vector3& place, const Vector3& normal) const;
 
   Memory now_;
   Memory before_;

@@ -123,7 +123,8 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
 
 void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
-  WarmStart remembered = std::exchange(warm_start_, WarmStart());
+  WarmStart remembered = warm_start_;
+  warm_start_.TakeBack();
   Solve(step_size, rows, state, contacts, joint_rows);
   warm_start_ = std::move(remembered);
 }
@@ -174,9 +175,9 @@ bool World::IsDirectWanted(const Islands::Island& island) const {
   return rows <= (island.joint_rows > 0 ? kAutomaticRowsMax : kUnevenRowsMax);
 }
 
-// Finds the islands of which every pair was there at the last solve.
+// Recalls the last solve, and finds the islands of which every pair was there.
 void World::Recognise(const ContactBuffer& contacts) {
-  given_.assign(contacts.points.size(), Vector3::Zero());
+  recalled_.assign(contacts.points.size(), {});
   const auto may_be_warm = [&](uint32_t i) {
     const Islands::Island& island = islands_.islands()[i];
     return pushes_[i].way != Way::kDirect && island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
@@ -186,12 +187,17 @@ void World::Recognise(const ContactBuffer& contacts) {
   }
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || island == Islands::kNone || !may_be_warm(island)) continue;
+    if (pair.is_sensor || island == Islands::kNone) continue;
+    const bool is_known = RecognisePair(pair, contacts);
+    const auto recalled = std::span(recalled_).subspan(pair.first_point, pair.point_count);
+    if (!may_be_warm(island)) {
+      for (WarmStart::Recalled& point : recalled) point.given.setZero();
+      continue;
+    }
     Pushes& pushes = pushes_[island];
-    if (!RecognisePair(pair, contacts)) pushes.way = Way::kCold;
-    const auto given = std::span(given_).subspan(pair.first_point, pair.point_count);
-    const auto is_nothing = [](const Vector3& impulse) { return impulse.isZero(0); };
-    pushes.is_all_given = pushes.is_all_given && std::ranges::none_of(given, is_nothing);
+    if (!is_known) pushes.way = Way::kCold;
+    const auto is_nothing = [](const WarmStart::Recalled& point) { return point.given.isZero(0); };
+    pushes.is_all_given = pushes.is_all_given && std::ranges::none_of(recalled, is_nothing);
   }
 }
 
@@ -204,13 +210,13 @@ bool World::RecognisePair(const ContactPair& pair, const ContactBuffer& contacts
   const bool is_known =
       warm_start_.Add({pair.geometry_a, pair.geometry_b, a.serial, b.serial}, frame,
                       std::span(contacts.points).subspan(pair.first_point, pair.point_count), pair.first_point,
-                      std::span(given_).subspan(pair.first_point, pair.point_count));
+                      std::span(recalled_).subspan(pair.first_point, pair.point_count));
   return is_known && !resists_turning;
 }
 
 void World::Recall(const ContactBuffer& solved, double step_size) {
   warm_start_.Begin(step_size);
-  given_.assign(solved.points.size(), Vector3::Zero());
+  recalled_.assign(solved.points.size(), {});
   for (const ContactPair& pair : solved.pairs) {
     if (!pair.is_sensor) RecognisePair(pair, solved);
   }
@@ -237,7 +243,7 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
       const ContactPoint& point = contacts.points[i];
       load += point.normal_impulse;
       grip += point.friction * point.normal_impulse;
-      if (given_[i].isZero(0)) continue;
+      if (recalled_[i].given.isZero(0)) continue;
       pull = std::max(pull, -point.normal_impulse);
       held += point.friction_impulse.norm();
     }
@@ -335,7 +341,7 @@ size_t World::CountContacts(const ContactBuffer& contacts) const {
 
 size_t World::CountGiven() const {
   return static_cast<size_t>(
-      std::count_if(given_.begin(), given_.end(), [](const Vector3& given) { return !given.isZero(0); }));
+      std::ranges::count_if(recalled_, [](const WarmStart::Recalled& point) { return !point.given.isZero(0); }));
 }
 
 // Where each row of a block starts from when the other side moves by itself.
@@ -370,7 +376,7 @@ void World::LoadContacts(Way way, const StateArrays& state, const ContactBuffer&
     // What holds two sides together can push them apart by one speed only: that of the point that needs it least.
     double held_depth = std::numeric_limits<double>::infinity();
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      if (!given_[i].isZero(0)) held_depth = std::min(held_depth, contacts.points[i].depth);
+      if (!recalled_[i].given.isZero(0)) held_depth = std::min(held_depth, contacts.points[i].depth);
     }
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       if (!contacts.points[i].is_ahead) LoadContact(pair, contacts.points[i], i, a, b, held_depth);
@@ -389,8 +395,10 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
   // How the surface of the pushed side runs against that of the other.
   const Vector3 run = sign * (pair.surface_velocity - point.normal * point.normal.dot(pair.surface_velocity));
+  const WarmStart::Recalled& recalled = recalled_[index];
+  const bool is_shared = recalled.may_share && ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
   const bool is_given = StartsFromGiven(pushes_[island].way);
-  const Vector3 given = is_given ? Vector3(sign * given_[index]) : Vector3::Zero();
+  const Vector3 given = is_given ? Vector3(sign * recalled.given) : Vector3::Zero();
   solver_.AddContact({.body = pushed.solved_as,
                       .other = other.solved_as,
                       .position = point.position,
@@ -399,7 +407,10 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                       .friction = point.friction,
                       .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
                       .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
+                      .braked = sign * recalled.braked,
+                      .grip = recalled.grip,
                       .correction = pair.correction,
+                      .patch_point = is_shared ? std::optional(index - pair.first_point) : std::nullopt,
                       .rolling_friction = pair.material.rolling_friction,
                       .spinning_friction = pair.material.spinning_friction,
                       .relative_spin = pushed.angular_velocity - other.angular_velocity,

@@ -120,7 +120,7 @@ class World final : public BackendWorld {
   std::vector<Pushes> pushes_;        // by island
   std::vector<InertiaScale> scales_;  // for the next solve
   std::vector<Solved> solved_;
-  std::vector<Vector3> given_;  // N*s on b, by contact point
+  std::vector<WarmStart::Recalled> recalled_;  // by contact point
 };
 
 }  // namespace genphys::ode_backend
