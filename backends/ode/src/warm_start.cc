@@ -102,7 +102,7 @@ void WarmStart::End(std::span<const ContactPoint> points) {
     pair.grip = grip / count;
     pair.strain = grip > 0 ? held / grip : 1;
     const double load = pair.braked.norm();
-    pair.may_share = count * load <= kSharedMax * 2 * std::min(grips[0], grips[1]);
+    pair.may_share = count * load < kSharedMax * 2 * std::min(grips[0], grips[1]);
     if (load <= kStrained * pair.grip) pair.braked.setZero();
     for (const ContactPoint& point : own) {
       now_.impulses.push_back(point.normal_impulse > 0 ? point.friction_impulse : Vector3(Vector3::Zero()));
