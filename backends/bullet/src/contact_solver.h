@@ -33,9 +33,10 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. `impulses` are where its points start from; Solve() writes what
-  /// they came to into both. All that is given here must last until then.
+  /// they came to into both. All that is given here must last until then. `island` is how many points are solved with
+  /// these.
   void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-               std::span<PointImpulse> impulses);
+               std::span<PointImpulse> impulses, size_t island);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
@@ -84,6 +85,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     const ContactPair* pair;
     std::span<ContactPoint> points;
     std::span<PointImpulse> impulses;
+    size_t island;  // points
   };
   struct AddedPoint {
     int id_a;  // of the solver's bodies
