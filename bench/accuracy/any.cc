@@ -170,6 +170,30 @@ std::vector<Quantity> Swinging(const Lab& lab, Dice& dice) {
           {"energy", std::abs(run.Energy() - energy) / span}};
 }
 
+// A box on a hinge that lies anywhere in it or near it and mostly along none of its axes, so small that it swings in a
+// fraction of a second.
+std::vector<Quantity> SmallSwing(const Lab& lab, Dice& dice) {
+  constexpr double kTime = 20, kPart = 2;
+  const Vector3 half(dice.LogBetween(0.01, 0.1), dice.LogBetween(0.01, 0.1), dice.LogBetween(0.01, 0.1));
+  const double arm = dice.Between(0.3, 1.5) * half.maxCoeff();
+  const Vector3 out = Heading(dice);
+  Scene scene;
+  scene.Add(Box{half}, 1, {arm * out, Turn(3 * dice.Next(), dice.NextVector().normalized())});
+  const Vector3 across = Vector3::UnitZ().cross(out) + dice.Between(-0.3, 0.3) * Vector3::UnitZ();
+  scene.Join(HingeJoint{}, std::nullopt, 0, Vector3::Zero(), across.normalized());
+  Run run = lab.Start(scene);
+  // Velocities that are shown are as right as a step is: what a few swings have in the mean counts.
+  const auto mean_until = [&](double time) {
+    double sum = 0;
+    int count = 0;
+    run.StepTo(time, [&] { sum += run.Energy(), ++count; });
+    return sum / count;
+  };
+  const double first = mean_until(kPart);
+  run.StepTo(kTime - kPart);
+  return {{"error", std::abs(mean_until(kTime) - first) / (kGravity * 2 * arm)}, {"gap", run.JointGap()}};
+}
+
 std::vector<Quantity> Tumbling(const Lab& lab, Dice& dice) {
   Scene scene;
   scene.gravity.setZero();
@@ -189,6 +213,8 @@ std::vector<Quantity> Tumbling(const Lab& lab, Dice& dice) {
 void AddAny(std::vector<Problem>& problems) {
   problems.push_back(Any("A5.any", "tumbling box for 10 s", "angular momentum, relative", Tumbling));
   problems.push_back(Any("B1.any", "rod hung anywhere, from 17 to 160 degrees", "place at 2.5 s / arm", Swinging));
+  problems.push_back(
+      Any("B1.small", "box of 2 to 20 cm swings on a hinge for 20 s", "energy / (m g 2 arm)", SmallSwing));
   problems.push_back(Any("C1.stick.any", "block on a slope, a hundredth less steep", "place after 2 s / 1 m",
                          [](const Lab& lab, Dice& dice) { return OnSlope(lab, dice, -0.01); }));
   problems.push_back(Any("C1.slip.any", "block on a slope, a hundredth steeper", "place after 2 s / its path",

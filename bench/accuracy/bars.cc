@@ -137,6 +137,7 @@ void AddAnyBars(BarList& bars) {
   bars.Both("C5.any", "rest_time", {60}, 0.05);
   bars.Both("C6.any", "error", rates, 5e-3);
   bars.Order("B1.any", 1.8);
+  bars.Both("B1.small", "error", {240}, 1e-3);
 }
 
 using Key = std::tuple<std::string, std::string, int>;

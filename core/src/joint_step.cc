@@ -77,11 +77,23 @@ const JointBody* JointStep::Find(EntityRow row) const {
   return place != 0 ? &bodies_[place] : nullptr;
 }
 
-void JointStep::SetTensors(EntityRow row, const Matrix3& axes, const Matrix3& inverse_tensor) {
+void JointStep::SetTensors(EntityRow row, const TurnedTensors& turned) {
   const uint32_t place = body_of_[Index(row)];
   if (place == 0) return;
-  bodies_[place].axes = axes;
-  bodies_[place].own_inverse = inverse_tensor;
+  bodies_[place].axes = turned.axes;
+  bodies_[place].own_tensor = turned.tensor;
+  bodies_[place].own_inverse = turned.inverse;
+}
+
+void JointStep::Kick(EntityRow row, const Vector3& spin, const Vector3& momentum) {
+  JointBody& body = bodies_[body_of_[Index(row)]];
+  body.angular_kick = spin;
+  body.momentum_given = momentum;
+}
+
+bool JointStep::IsFollowed(EntityRow row) const {
+  const JointBody* const body = Find(row);
+  return body != nullptr && body->is_followed;
 }
 
 void JointStep::Load(JointBody& body, double h) const {
@@ -98,6 +110,7 @@ void JointStep::Load(JointBody& body, double h) const {
   body.factor = body.expected_factor = 1;
   body.pull.setZero();
   body.swing = body.pulled = 0;
+  body.is_followed = false;
   body.interval = std::numeric_limits<double>::infinity();
   const bool is_dynamic = rigid && rigid->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !active_[row]) {
@@ -153,7 +166,7 @@ void JointStep::Push(JointBody& body, double h) {
     body.linear_expected += body.interval * half.held_rate;
     body.angular_expected += body.own_inverse * (half.held_momentum * (2 * body.interval / layer_.last_substep));
   }
-  body.Foretell(h);
+  body.Foretell(h, body.angular_expected);
 }
 
 double JointStep::TrustInTurns(const Held& held, double h) const {

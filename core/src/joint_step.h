@@ -14,9 +14,13 @@
 #include "joints/joint_body.h"
 #include "joints/row_solver.h"
 #include "joints/row_writer.h"
+#include "mover.h"
 #include "solve_energy.h"
 
 namespace genphys {
+
+/// rad in a substep: a body that joints turn farther has no momentum that says how it turns.
+inline constexpr double kResolvedTurn = 0.7;
 
 /// The joints of a world over one step: what they add to the bodies they hold, rows for each solve, and what these come
 /// to. Arguments outlive this object. It is kept from step to step for its memory only.
@@ -36,12 +40,12 @@ class JointStep {
   /// set.
   void Begin(double h);
 
-  /// Tells how a movable body is turned at the start of the substep that Begin() comes to: its axes as columns and the
-  /// inverse of its tensor, world.
-  void SetTensors(EntityRow row, const Matrix3& axes, const Matrix3& inverse_tensor);
+  /// Tells how a movable body is turned at the start of the substep that Begin() comes to.
+  void SetTensors(EntityRow row, const TurnedTensors& turned);
 
-  /// Tells what torques of the substep add to the spin (rad/s) of a body that joints hold.
-  void Kick(EntityRow row, const Vector3& spin) { bodies_[body_of_[Index(row)]].angular_kick = spin; }
+  /// Tells what torques of the substep add to the spin (rad/s) of a body that joints hold, and the angular momentum
+  /// that it has with that.
+  void Kick(EntityRow row, const Vector3& spin, const Vector3& momentum);
 
   /// The body as joints hold it in this substep, or null.
   const JointBody* Find(EntityRow row) const;
@@ -55,10 +59,14 @@ class JointStep {
 
   /// Solves all at once those of `rows` (as Write() gave them, with others behind) whose islands touch nothing, unless
   /// `solver` says otherwise: of the movable `moving` rows, with the contacts as they are. Returns those that are left
-  /// to the engine, which TakeLeft() must follow. The solve is over `h` seconds.
+  /// to the engine, which TakeLeft() must follow. The solve is over `h` seconds. Until then the state has the
+  /// velocities that move the bodies to where they shall be, and from then on those that they have.
   std::span<JointRow> Solve(Solver solver, double h, std::span<const EntityRow> moving, const ContactBuffer& contacts,
                             std::vector<JointRow>& rows);
-  void TakeLeft(std::vector<JointRow>& rows) const;
+  void TakeLeft(std::vector<JointRow>& rows);
+
+  /// Whether that solve followed the body through the substep, so that in the long run it gets no energy of it.
+  bool IsFollowed(EntityRow row) const;
 
   /// What a row shall be, m/s or rad/s, where it makes up for no error.
   static double QuietTarget(const JointRow& row);
@@ -122,10 +130,14 @@ class JointStep {
   const JointBody& BodyAt(EntityRow side) const;
   // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns.
   double BendAt(const JointRow& row, double h) const;
-  // Whether what was foretold of an island is not what its solve makes up for.
-  bool IsAstray(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const;
-  // Aims the rows of an island at where the velocities of its last solve lead, and takes these back.
-  void Aim(std::span<const uint32_t> mine, double h, std::vector<JointRow>& rows);
+  // Whether a row is aimed at more than the bend of its way.
+  bool MakesUpForMuch(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const;
+  bool IsResolved(std::span<const uint32_t> mine, double h) const;
+  // The constant spin (rad/s) that turns the body as its momentum after the solve does.
+  Vector3 FlowOf(const JointBody& body, double h) const;
+  double Aim(std::span<const uint32_t> mine, double h, std::vector<JointRow>& rows);
+  bool SolveAgain(uint32_t island);
+  bool Follow(uint32_t island, double h, std::vector<JointRow>& rows);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
   void FindJolts(std::span<const JointRow> rows);
   void Push(JointBody& body, double h);

@@ -18,12 +18,6 @@ constexpr double kSurprise = kUnforeseenSwing / kResolvedSwing / 1.5;
 // jolted. m/s or rad/s.
 constexpr double kJolt = 0.5;
 constexpr double kLeastJolt = 1e-6;
-// An island went astray if what it makes up for is more than so many times what turning bends a way by in a substep:
-// the bend that lies ahead is one, and an error that is larger than another one should not be, had the last one been
-// foretold. Who turns by less than this (rad) does not go far astray, and less than this (m/s or rad/s) is not far.
-constexpr double kAstray = 2;
-constexpr double kAstrayTurn = 0.2;
-constexpr double kLeastAstray = 1e-3;
 
 // Of a centre of mass and about it.
 struct Motion {
@@ -105,47 +99,6 @@ bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint
   return is_surprised;
 }
 
-double JointStep::BendAt(const JointRow& row, double h) const {
-  double bend = 0;
-  for (const EntityRow side : {row.a, row.b}) {
-    if (side == kWorldRow) continue;
-    const JointBody& body = BodyAt(side);
-    const double arm = row.kind == JointRow::Kind::kLinear ? (row.point - body.center).norm() : 1;
-    bend += body.angular_given.squaredNorm() * arm * h / 2;
-  }
-  return bend;
-}
-
-// What is foretold takes joints to go on as in the last substep. Where arms are short making up for an error turns a
-// body, which bends its way as well, and what is foretold for the next substep then makes the next error.
-bool JointStep::IsAstray(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const {
-  const auto turns = [&](uint32_t moved) { return bodies_[moved].angular_given.norm() * h > kAstrayTurn; };
-  if (std::ranges::none_of(solver_.moved(), turns)) return false;
-  return std::ranges::any_of(mine, [&](uint32_t i) {
-    return std::abs(rows[i].target - QuietTarget(rows[i])) > kAstray * BendAt(rows[i], h) + kLeastAstray;
-  });
-}
-
-void JointStep::Aim(std::span<const uint32_t> mine, double h, std::vector<JointRow>& rows) {
-  for (const uint32_t moved : solver_.moved()) {
-    JointBody& body = bodies_[moved];
-    body.linear_expected = body.linear_velocity;
-    body.angular_expected = body.angular_velocity;
-    body.Foretell(h);
-    body.Return();
-  }
-  // Behind the rows of joints are others, which foretell nothing.
-  for (size_t i = 0; i < mine.size() && mine[i] < owners_.size();) {
-    const uint32_t owner = owners_[mine[i]];
-    Held& held = held_[owner];
-    aimed_.clear();
-    WriteRowsOf(held, h, TrustInTurns(held, h), aimed_);
-    for (size_t k = 0; i < mine.size() && mine[i] < owners_.size() && owners_[mine[i]] == owner; ++i, ++k) {
-      if (k < aimed_.size() && !rows[mine[i]].is_driven) rows[mine[i]].target = aimed_[k].target;
-    }
-  }
-}
-
 bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows) {
   const std::vector<uint32_t>& mine = by_island_[island];
   for (int surprises = 0;; ++surprises) {
@@ -153,9 +106,7 @@ bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& ro
     if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) break;
     for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
   }
-  if (!IsAstray(rows, mine, h)) return true;
-  Aim(mine, h, rows);
-  return solver_.Solve(island, rows, mine, body_of_, bodies());
+  return !IsResolved(mine, h) || Follow(island, h, rows);
 }
 
 void JointStep::FindJolts(std::span<const JointRow> rows) {
@@ -252,7 +203,7 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   for (JointBody& body : bodies()) {
     if (!body.is_movable()) continue;
     state_.linear_velocities.col(Index(body.row)) = body.linear_velocity;
-    state_.angular_velocities.col(Index(body.row)) = body.angular_velocity;
+    state_.angular_velocities.col(Index(body.row)) = body.is_followed ? body.flow : body.angular_velocity;
   }
   if (left_.size() == rows.size()) return rows;
   std::sort(left_.begin(), left_.end());
@@ -260,7 +211,10 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   return left_rows_;
 }
 
-void JointStep::TakeLeft(std::vector<JointRow>& rows) const {
+void JointStep::TakeLeft(std::vector<JointRow>& rows) {
+  for (const JointBody& body : bodies()) {
+    if (body.is_followed) state_.angular_velocities.col(Index(body.row)) = body.angular_velocity;
+  }
   for (size_t i = 0; i < left_rows_.size(); ++i) rows[left_[i]].impulse = left_rows_[i].impulse;
 }
 

@@ -47,6 +47,8 @@ void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEner
     energy.first += mass * mover.linear_given.dot(gained) + mover.spin_given.dot(tensor * turned);
     energy.second += (mass * gained.squaredNorm() + Square(tensor, turned)) / 2;
     energy.allowed += WorkOwed(mover, turned);
+    // What the bend of its way takes and gives is evened out.
+    energy.is_open |= joints_.IsFollowed(mover.row);
   }
   joints_.AllowWork(rows, energies);
   const auto open = [&](EntityRow a, EntityRow b) {

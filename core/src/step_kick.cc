@@ -13,8 +13,6 @@ namespace {
 // Substeps for which what contacts and joints owe is not paid again: paying it at every substep would let the solver's
 // noise swing back and forth, which otherwise dies out in the first one.
 constexpr uint8_t kRestartPause = 8;
-// rad in a substep: a body that joints turn farther has no momentum that says how it turns.
-constexpr double kResolvedTurn = 0.7;
 // s, for which it counts how much energy a body that joints turn lately had. With 1 s, or with half of kUnearnedPart,
 // random pendulums of three links that swing for 5 s at 240 steps per second lose a tenth, or a third, more by what is
 // taken from them.
@@ -122,7 +120,7 @@ void StepRun::BeginMover(Mover& mover) {
   const uint32_t row = Index(mover.row);
   HalfStep& half = world_.layer_.half_steps[row];
   TakeTensors(mover);
-  joints_.SetTensors(mover.row, mover.turned.axes, mover.turned.inverse);
+  joints_.SetTensors(mover.row, mover.turned);
   mover.start = state_.pose(mover.row);
   mover.steady = SteadyPush(mover.row);
   const double last = world_.layer_.last_substep;
@@ -183,13 +181,12 @@ void StepRun::KickMover(Mover& mover, double h) {
   mover.linear_given = Limited(linear, traits.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 
-  if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist));
-
   Vector3 spin = mover.turned.inverse * mover.momentum;
   if (spin.norm() > traits.angular_speed_max) {
     spin = Limited(spin, traits.angular_speed_max);
     mover.momentum = mover.turned.tensor * spin;
   }
+  if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), mover.momentum);
   // Whom joints hold while it turns so far does not go as a free body would.
   const bool is_wide = scratch_.jointed[mover.row] && spin.norm() * h > kResolvedTurn;
   const bool uniform = mass.spherical || is_wide || !(spin.norm() <= Limits::kSpinMax);
@@ -240,10 +237,13 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.is_struck = false;
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
-  if (scratch_.jointed[mover.row]) {
-    KeepEarned(mover, h, turned);
-  } else {
+  if (!scratch_.jointed[mover.row]) {
     TakeTensors(mover);
+  } else if (joints_.IsFollowed(mover.row)) {
+    // It turned as its momentum does, which gives no energy.
+    TakeTensors(mover);
+  } else {
+    KeepEarned(mover, h, turned);
   }
   // What pushes it out of an overlap is in no velocity.
   if (traits.may_sleep && half.velocity.squaredNorm() <= traits.rest_speed * traits.rest_speed) {

@@ -9,11 +9,11 @@ void JointBody::Return() {
   angular_velocity = angular_given + (expected_factor / factor - 1) * angular_kick;
 }
 
-void JointBody::Foretell(double time) {
-  const double spin = angular_expected.norm();
-  const double scale = spin > 0 ? std::sin(spin * time / 2) / spin : 0;
-  turn_ahead.w() = std::cos(spin * time / 2);
-  turn_ahead.vec() = scale * angular_expected;
+void JointBody::Foretell(double time, const Vector3& spin) {
+  const double rate = spin.norm();
+  const double scale = rate > 0 ? std::sin(rate * time / 2) / rate : 0;
+  turn_ahead.w() = std::cos(rate * time / 2);
+  turn_ahead.vec() = scale * spin;
   center_ahead = center + time * linear_expected;
 }
 

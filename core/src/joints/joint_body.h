@@ -20,8 +20,10 @@ struct JointBody {
   Vector3 linear_given = Vector3::Zero();  // the same until the solve
   Vector3 angular_given = Vector3::Zero();
   Vector3 angular_kick = Vector3::Zero();                     // of that, by torques of the substep
+  Vector3 momentum_given = Vector3::Zero();                   // kg*m^2/s, angular, with that spin before the solve
   double inverse_mass = 0;                                    // 1/kg
-  Matrix3 own_inverse = Matrix3::Zero();                      // of its tensor, 1/(kg*m^2), world
+  Matrix3 own_tensor = Matrix3::Zero();                       // kg*m^2, world
+  Matrix3 own_inverse = Matrix3::Zero();                      // of that, 1/(kg*m^2)
   Matrix3 inverse_tensor = Matrix3::Zero();                   // the same of what joints find
   double factor = 1;                                          // by which that is harder to turn: see InertiaFactor()
   double expected_factor = 1;                                 // the same before forces acted
@@ -35,6 +37,10 @@ struct JointBody {
   double pulled = 0;               // the size of that, as expected
   double pulled_most = 0;          // the same at most, as solved
   double swing = 0;                // (rad per substep)^2 under that, with its own tensor
+  // The constant spin (rad/s) that turns it in the substep to where its momentum after the solve does: see
+  // JointStep::Follow().
+  Vector3 flow = Vector3::Zero();
+  bool is_followed = false;
 
   bool is_movable() const { return inverse_mass > 0; }
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
@@ -45,8 +51,8 @@ struct JointBody {
   /// it is by now.
   void Return();
 
-  /// Fills in where it is expected to be in `time` seconds.
-  void Foretell(double time);
+  /// Fills in where it is expected to be in `time` seconds, turned by `spin` (rad/s).
+  void Foretell(double time, const Vector3& spin);
 };
 
 /// One side of a joint: its frame, on the body that it is fixed to.

@@ -21,15 +21,32 @@ bool RowSolver::Solve(uint32_t plan_number, std::span<JointRow> rows, std::span<
   if (plan_number >= plans_.size()) plans_.resize(plan_number + 1);
   RowPlan& plan = plans_[plan_number];
   const bool is_solved = plan.Make(groups_) && SolveBounded(plan);
-  if (is_solved) {
-    for (const Line& line : lines_) line.row->impulse = line.impulse;
-    for (size_t i = 0; i < used_.size(); ++i) {
-      bodies[used_[i]].linear_velocity += changes_[i].head<3>();
-      bodies[used_[i]].angular_velocity += changes_[i].tail<3>();
-    }
-  }
+  if (is_solved) Give(bodies);
   for (const uint32_t body : used_) local_of_[body] = RowPlan::kStill;
   return is_solved;
+}
+
+bool RowSolver::SolveAgain(uint32_t plan_number, std::span<JointBody> bodies) {
+  const RowPlan& plan = plans_[plan_number];
+  for (Line& line : lines_) {
+    line.lacking += line.row->target - line.target;
+    line.target = line.row->target;
+  }
+  // Who is at a bound mostly stays there, and the factors remain.
+  CollectInside();
+  Substitute(plan);
+  if (!ChangeVelocities()) return false;
+  if (is_bounded_ && FindWrong() > 0 && !SolveBounded(plan)) return false;
+  Give(bodies);
+  return true;
+}
+
+void RowSolver::Give(std::span<JointBody> bodies) const {
+  for (const Line& line : lines_) line.row->impulse = line.impulse;
+  for (size_t i = 0; i < used_.size(); ++i) {
+    bodies[used_[i]].linear_velocity += changes_[i].head<3>();
+    bodies[used_[i]].angular_velocity += changes_[i].tail<3>();
+  }
 }
 
 uint32_t RowSolver::LocalOf(uint32_t body) {
@@ -63,6 +80,7 @@ void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, s
     ++groups_.back().size;
     Line& line = lines_[i];
     line.row = &row;
+    line.target = row.target;
     line.impulse = 0;
     line.group = static_cast<uint32_t>(groups_.size() - 1);
     // A limit mostly has nothing to do, and a motor all of it.

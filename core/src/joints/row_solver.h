@@ -23,6 +23,10 @@ class RowSolver {
   bool Solve(uint32_t plan, std::span<JointRow> rows, std::span<const uint32_t> mine, std::span<const uint32_t> body_of,
              std::span<JointBody> bodies);
 
+  /// Once more what the last Solve() did, which was of `plan`: only targets of its rows have changed since, and
+  /// `bodies` have the velocities again that they had before.
+  bool SolveAgain(uint32_t plan, std::span<JointBody> bodies);
+
   /// The movable bodies of the last Solve(), in `bodies`.
   std::span<const uint32_t> moved() const { return used_; }
 
@@ -35,7 +39,8 @@ class RowSolver {
     JointRow* row = nullptr;
     std::array<Six, 2> rate;  // per velocity of each side
     std::array<Six, 2> gain;  // velocity of each side per impulse
-    double lacking = 0;       // target less the rate before the solve
+    double target = 0;        // of the row, m/s or rad/s
+    double lacking = 0;       // that less the rate before the solve
     double diagonal = 0;      // rate per impulse, with the softness
     double impulse = 0;
     uint32_t group = 0;
@@ -66,6 +71,7 @@ class RowSolver {
   void Move(Line& line) const;
   double LackingOf(const Line& line) const;
   bool SolveBounded(const RowPlan& plan);
+  void Give(std::span<JointBody> bodies) const;
 
   std::vector<RowPlan> plans_;
   std::vector<Line> lines_;
