@@ -85,17 +85,35 @@ EncodedMessage StepWorldsCall::TakeMessage() {
   return message;
 }
 
+// If not, it will be told when it is.
+bool StepWorldsCall::IsTimeToSend() {
+  if (unsent_.size() >= kGathered || unsent_bytes_ >= kMessageBytesMax || IsDone()) return true;
+  const auto next = last_sent_ + kPause;
+  if (WorkerPool::Clock::now() >= next) return true;
+  if (!std::exchange(is_timed_, true)) {
+    pool_.PostAt(next, [self = shared_from_this()] {
+      std::unique_lock again(self->mutex_);
+      self->is_timed_ = false;
+      self->Deliver(again);
+      self->BeginMore();
+    });
+  }
+  return false;
+}
+
 void StepWorldsCall::Deliver(std::unique_lock<std::mutex>& lock) {
-  const bool is_done = begun_ == requests_.size() && with_worlds_ == 0;
   Receiver receiver;
   Delivery delivery;
   if (receiver_ && cancelled_) {
     receiver = std::exchange(receiver_, nullptr);
     delivery.end = absl::CancelledError("the caller is gone");
   } else if (receiver_ && !unsent_.empty()) {
-    receiver = std::exchange(receiver_, nullptr);
-    delivery.message = TakeMessage();
-  } else if (receiver_ && is_done) {
+    if (IsTimeToSend()) {
+      receiver = std::exchange(receiver_, nullptr);
+      delivery.message = TakeMessage();
+      last_sent_ = WorkerPool::Clock::now();
+    }
+  } else if (receiver_ && IsDone()) {
     receiver = std::exchange(receiver_, nullptr);
   }
   lock.unlock();

@@ -296,9 +296,9 @@ std::shared_ptr<Subscription> WorldDirectory::StepWorlds(const Bytes& request,
   if (draining_) return std::make_shared<EndedSubscription>(pool_, Draining());
   Result<std::vector<Bytes>> requests = RequestsOf(request);
   if (!requests.ok()) return std::make_shared<EndedSubscription>(pool_, requests.status());
-  auto call = std::make_shared<StepWorldsCall>(*std::move(requests), deadline, [this](WorldCall step, Reply reply) {
-    Handle(std::move(step), std::move(reply));
-  });
+  auto call = std::make_shared<StepWorldsCall>(
+      *std::move(requests), deadline, pool_,
+      [this](WorldCall step, Reply reply) { Handle(std::move(step), std::move(reply)); });
   call->Begin();
   return call;
 }

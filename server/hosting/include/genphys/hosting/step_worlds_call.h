@@ -9,6 +9,7 @@
 
 #include "genphys/hosting/stream_reply.h"
 #include "genphys/hosting/subscription.h"
+#include "genphys/hosting/worker_pool.h"
 #include "genphys/hosting/world_host.h"
 
 namespace genphys {
@@ -23,10 +24,16 @@ class StepWorldsCall final : public Subscription, public std::enable_shared_from
   static constexpr size_t kUnsentBytesMax = 16 << 20;
   /// A message ends with the reply that reaches this size, so that it stays below what gRPC clients accept by default.
   static constexpr size_t kMessageBytesMax = 1 << 20;
+  /// Between two messages, unless so many replies wait or none is to come: each message wakes the client, who on the
+  /// same machine takes a processor from the worlds. 64 worlds of 50 bodies on two of them went 1.4 times as fast as in
+  /// one thread on Bullet when replies went out one by one.
+  static constexpr std::chrono::milliseconds kPause{5};
+  static constexpr size_t kGathered = 32;
 
-  /// `requests` are encoded StepRequests, `serve` answers each.
-  StepWorldsCall(std::vector<Bytes> requests, std::chrono::steady_clock::time_point deadline, ServeCall serve)
-      : requests_(std::move(requests)), deadline_(deadline), serve_(std::move(serve)) {}
+  /// `requests` are encoded StepRequests, `serve` answers each. `pool`, which outlives the call, keeps time.
+  StepWorldsCall(std::vector<Bytes> requests, std::chrono::steady_clock::time_point deadline, WorkerPool& pool,
+                 ServeCall serve)
+      : requests_(std::move(requests)), deadline_(deadline), pool_(pool), serve_(std::move(serve)) {}
 
   /// Sends the first requests to their worlds.
   void Begin() { BeginMore(); }
@@ -38,10 +45,13 @@ class StepWorldsCall final : public Subscription, public std::enable_shared_from
   void BeginMore();
   void Finish(size_t index, const Result<EncodedMessage>& outcome);
   void Deliver(std::unique_lock<std::mutex>& lock);
+  bool IsDone() const { return begun_ == requests_.size() && with_worlds_ == 0; }
+  bool IsTimeToSend();
   EncodedMessage TakeMessage();
 
   std::vector<Bytes> requests_;
   const std::chrono::steady_clock::time_point deadline_;
+  WorkerPool& pool_;
   const ServeCall serve_;
   std::atomic<bool> cancelled_ = false;
   std::mutex mutex_;
@@ -50,7 +60,9 @@ class StepWorldsCall final : public Subscription, public std::enable_shared_from
   size_t with_worlds_ = 0;
   std::deque<EncodedMessage> unsent_;
   size_t unsent_bytes_ = 0;
-  Receiver receiver_;  // set: somebody waits
+  WorkerPool::Clock::time_point last_sent_ = WorkerPool::Clock::now();
+  bool is_timed_ = false;  // the pool will look again
+  Receiver receiver_;      // set: somebody waits
 };
 
 }  // namespace genphys
