@@ -54,45 +54,39 @@ void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody
 }
 
 double FillPush(const btVector3& axis, const btVector3& place, const btSolverBody& a, const btSolverBody& b,
-                btSolverConstraint& to) {
-  to.m_contactNormal1 = axis;
-  to.m_contactNormal2 = -axis;
-  to.m_relpos1CrossNormal = (place - CenterOf(a)).cross(axis);
-  to.m_relpos2CrossNormal = axis.cross(place - CenterOf(b));
-  to.m_angularComponentA = Turned(a, to.m_relpos1CrossNormal);
-  to.m_angularComponentB = Turned(b, to.m_relpos2CrossNormal);
-  to.m_jacDiagABInv =
-      1 / (a.internalGetInvMass().x() + b.internalGetInvMass().x() +
-           to.m_relpos1CrossNormal.dot(to.m_angularComponentA) + to.m_relpos2CrossNormal.dot(to.m_angularComponentB));
-  to.m_appliedPushImpulse = to.m_appliedImpulse = 0;
-  to.m_friction = to.m_rhs = to.m_cfm = to.m_rhsPenetration = 0;
-  to.m_upperLimit = std::numeric_limits<double>::infinity();
-  to.m_lowerLimit = -to.m_upperLimit;
-  to.m_originalContactPoint = nullptr;
-  to.m_overrideNumSolverIterations = -1;
-  to.m_frictionIndex = 0;
-  return RateOf(to, a, b);
+                ContactRow& to) {
+  const btVector3 turn_a = (place - CenterOf(a)).cross(axis), turn_b = axis.cross(place - CenterOf(b));
+  const btVector3 gain_a = Turned(a, turn_a), gain_b = Turned(b, turn_b);
+  to.push = FromBullet(axis);
+  to.turn_a = FromBullet(turn_a);
+  to.turn_b = FromBullet(turn_b);
+  to.gain_a = FromBullet(gain_a);
+  to.gain_b = FromBullet(gain_b);
+  to.mobility = a.internalGetInvMass().x() + b.internalGetInvMass().x() + turn_a.dot(gain_a) + turn_b.dot(gain_b);
+  to.inverse = 1 / to.mobility;
+  to.wanted = 0;
+  return axis.dot(a.m_linearVelocity) + turn_a.dot(a.m_angularVelocity) + (-axis).dot(b.m_linearVelocity) +
+         turn_b.dot(b.m_angularVelocity);
 }
 
-void FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size,
-                 btSolverConstraint& to) {
-  to.m_lowerLimit = 0;
+double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, ContactRow& to) {
   // A gap may be closed within the step.
-  to.m_rhs = (-rate + std::min(depth, 0.0) / step_size) * to.m_jacDiagABInv;
-  if (depth <= 0) return;
+  to.wanted = (-rate + std::min(depth, 0.0) / step_size) * to.inverse;
+  if (depth <= 0) return 0;
   double part = kOverlapTakenPerStep, left = depth;
   if (correction.any()) {
     part = correction.PartOf(step_size, kOverlapTakenPerStep);
     const double speed_max = correction.speed_max.value_or(std::numeric_limits<double>::infinity());
     left = std::clamp(depth - correction.slop.value_or(0), 0.0, speed_max * step_size / part);
   }
-  to.m_rhsPenetration = left * part / step_size * to.m_jacDiagABInv;
+  return left * part / step_size * to.inverse;
 }
 
-void StartFrom(double impulse, btSolverBody& a, btSolverBody& b, btSolverConstraint& row) {
-  row.m_appliedImpulse = impulse;
-  a.internalApplyImpulse(row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA, impulse);
-  b.internalApplyImpulse(row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB, impulse);
+void StartFrom(double impulse, btSolverBody& a, btSolverBody& b, ContactRow& row) {
+  row.impulse = impulse;
+  const btVector3 push = ToBullet(row.push);
+  a.internalApplyImpulse(push * a.internalGetInvMass(), ToBullet(row.gain_a), impulse);
+  b.internalApplyImpulse(-push * b.internalGetInvMass(), ToBullet(row.gain_b), impulse);
 }
 
 void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& first, btVector3& second) {

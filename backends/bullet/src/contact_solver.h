@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "body.h"
+#include "contact_rows.h"
 #include "genphys/contact.h"
 #include "genphys/joint_row.h"
 #include "stirred.h"
@@ -33,10 +34,9 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. `impulses` are where its points start from; Solve() writes what
-  /// they came to into both. All that is given here must last until then. `island` is how many points are solved with
-  /// these.
+  /// they came to into both. All that is given here must last until then.
   void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-               std::span<PointImpulse> impulses, size_t island);
+               std::span<PointImpulse> impulses);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
@@ -65,7 +65,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) override;
-  // Replaces Bullet's for many points, for it goes through all rows alike, also those with a gap.
+  // Replaces Bullet's: contacts are no rows of its own.
   void solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject** bodies, int body_count,
                                                      btPersistentManifold** manifolds, int manifold_count,
                                                      btTypedConstraint** constraints, int constraint_count,
@@ -85,11 +85,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     const ContactPair* pair;
     std::span<ContactPoint> points;
     std::span<PointImpulse> impulses;
-    size_t island;  // points
   };
   struct AddedPoint {
-    int id_a;  // of the solver's bodies
-    int id_b;
     ContactPoint* point;
     PointImpulse* impulse;
     double rolling_friction;  // m
@@ -123,6 +120,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     return resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
                                              m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
   }
+  btSolverBody& BodyAt(int id) { return m_tmpSolverBodyPool[id]; }
   void TakeImpulses();
 
   // False if the equations cannot be solved all at once.
@@ -140,9 +138,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<AddedPair> pairs_;
   std::vector<AddedPoint> points_;  // by row of their normal
   size_t point_count_ = 0;          // of pairs_
+  std::vector<ContactRow> normals_;
+  std::vector<ContactRow> frictions_;
+  std::vector<ContactPush> pushes_;  // of normals_, ascending
   Stirred stirred_;
-  Stirred pushed_;                // the same of overlaps
-  std::vector<int> overlapping_;  // normals
+  Stirred pushed_;  // the same of overlaps
   // Rows about lines: m_friction is how far they reach, m and m_frictionIndex the normal whose impulse bounds them.
   btConstraintArray torsions_;
   bool is_direct_ = false;

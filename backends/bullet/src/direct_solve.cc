@@ -22,21 +22,35 @@ constexpr double kGivingWay = 1e2;
 void DirectSolve::Add(btSolverConstraint& row, int bounded_by, double softness) {
   const btSolverBody& a = bodies_[row.m_solverBodyIdA];
   const btSolverBody& b = bodies_[row.m_solverBodyIdB];
-  Row& added = rows_.emplace_back();
   const bool pushes = of_ == Of::kPushes;
+  Row added;
   added.impulse = pushes ? &row.m_appliedPushImpulse : &row.m_appliedImpulse;
-  added.lower = row.m_lowerLimit;
-  added.upper = row.m_upperLimit;
   added.wanted = (pushes ? row.m_rhsPenetration : row.m_rhs) / row.m_jacDiagABInv;
-  added.bounded_by = bounded_by;
+  // Bullet keeps a row's softness in units of the inverse of its diagonal.
+  added.softness = row.m_cfm / row.m_jacDiagABInv;
   added.a = {row.m_solverBodyIdA, row.m_contactNormal1, row.m_relpos1CrossNormal,
              row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA};
   added.b = {row.m_solverBodyIdB, row.m_contactNormal2, row.m_relpos2CrossNormal,
              row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB};
-  const btScalar mobility = Dot(added.a, added.a) + Dot(added.b, added.b);
-  // Bullet keeps a row's softness in units of the inverse of its diagonal.
-  added.slack = softness * mobility;
-  added.softness = row.m_cfm / row.m_jacDiagABInv + added.slack;
+  Add({row.m_lowerLimit, row.m_upperLimit, bounded_by}, softness, added);
+}
+
+void DirectSolve::Add(const ContactRow& row, double wanted, const Bounds& bounds, double softness, double& impulse) {
+  const btVector3 push = ToBullet(row.push);
+  Row added;
+  added.impulse = &impulse;
+  added.wanted = wanted * row.mobility;
+  added.softness = 0;
+  added.a = {row.a, push, ToBullet(row.turn_a), push * bodies_[row.a].internalGetInvMass(), ToBullet(row.gain_a)};
+  added.b = {row.b, -push, ToBullet(row.turn_b), -push * bodies_[row.b].internalGetInvMass(), ToBullet(row.gain_b)};
+  Add(bounds, softness, added);
+}
+
+void DirectSolve::Add(const Bounds& bounds, double softness, Row row) {
+  row.bounds = bounds;
+  row.slack = softness * (Dot(row.a, row.a) + Dot(row.b, row.b));
+  row.softness += row.slack;
+  rows_.push_back(row);
 }
 
 double DirectSolve::Dot(const Part& x, const Part& y) {
@@ -65,8 +79,9 @@ Eigen::VectorXd DirectSolve::Wanted(const std::vector<size_t>& of) const {
 
 std::pair<double, double> DirectSolve::BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
                                                 const Eigen::VectorXd& impulses) const {
-  const double scale = row.bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(row.bounded_by)]]);
-  return {scale * row.lower, scale * row.upper};
+  const auto& [lower, upper, bounded_by] = row.bounds;
+  const double scale = bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(bounded_by)]]);
+  return {scale * lower, scale * upper};
 }
 
 void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
@@ -141,7 +156,8 @@ void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& 
 bool DirectSolve::Run() {
   std::vector<size_t> free, bounded;
   for (size_t i = 0; i < rows_.size(); ++i) {
-    const bool is_free = rows_[i].bounded_by == kFree && std::isinf(rows_[i].lower) && std::isinf(rows_[i].upper);
+    const auto& [lower, upper, bounded_by] = rows_[i].bounds;
+    const bool is_free = bounded_by == kFree && std::isinf(lower) && std::isinf(upper);
     (is_free ? free : bounded).push_back(i);
   }
   const Eigen::MatrixXd coupling = Matrix(free, bounded);

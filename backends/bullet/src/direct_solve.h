@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "contact_rows.h"
+
 namespace genphys::bullet_backend {
 
 /// Rows of Bullet's sequential solver, solved all at once: those without bounds by elimination, and what they leave of
@@ -21,9 +23,16 @@ class DirectSolve {
 
   DirectSolve(btAlignedObjectArray<btSolverBody>& bodies, Of of) : bodies_(bodies), of_(of) {}
 
-  /// Adds a row with its bounds, or with those bounds times the impulse of the row that was added as `bounded_by`.
-  /// `softness` is added to its own, of its mobility.
+  /// From `lower` to `upper` N*s or N*m*s, or so many times the impulse of the row that was added as `bounded_by`.
+  struct Bounds {
+    double lower, upper;
+    int bounded_by = kFree;
+  };
+
+  /// Adds a row of velocities with its own bounds as that says; `softness` is added to its own, of its mobility.
   void Add(btSolverConstraint& row, int bounded_by, double softness);
+  /// Adds a row of a contact for what is solved for: `wanted` and `impulse` are of that.
+  void Add(const ContactRow& row, double wanted, const Bounds& bounds, double softness, double& impulse);
 
   /// Gives all rows their impulses and the bodies what follows. False, and nothing done: there is no solution in sight.
   bool Run();
@@ -35,14 +44,15 @@ class DirectSolve {
     btVector3 linear_gain, angular_gain;  // velocity per impulse
   };
   struct Row {
-    btScalar* impulse;
-    btScalar lower, upper, wanted;  // N*s or N*m*s, the former also as parts of another's; m/s or rad/s
-    int bounded_by;
+    double* impulse;
+    Bounds bounds;
+    double wanted;    // m/s or rad/s
     double softness;  // 1/kg or 1/(kg*m^2)
     double slack;     // the part of it that is no spring's
     Part a, b;
   };
 
+  void Add(const Bounds& bounds, double softness, Row row);
   static double Dot(const Part& x, const Part& y);
   Eigen::MatrixXd Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const;
   Eigen::VectorXd Wanted(const std::vector<size_t>& of) const;
