@@ -237,13 +237,11 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.is_struck = false;
   if (half.since_restart < kRestartPause) ++half.since_restart;
 
-  if (!scratch_.jointed[mover.row]) {
-    TakeTensors(mover);
-  } else if (joints_.IsFollowed(mover.row)) {
-    // It turned as its momentum does, which gives no energy.
-    TakeTensors(mover);
-  } else {
+  // What is followed turned as its momentum does, which gives no energy.
+  if (scratch_.jointed[mover.row] && !joints_.IsFollowed(mover.row)) {
     KeepEarned(mover, h, turned);
+  } else {
+    TakeTensors(mover);
   }
   // What pushes it out of an overlap is in no velocity.
   if (traits.may_sleep && half.velocity.squaredNorm() <= traits.rest_speed * traits.rest_speed) {
