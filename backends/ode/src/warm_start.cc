@@ -39,12 +39,19 @@ void WarmStart::Begin(double step_size) {
   step_size_ = step_size;
   index_.clear();
   for (uint32_t i = 0; i < before_.pairs.size(); ++i) index_.emplace_back(before_.pairs[i].key, i);
-  std::sort(index_.begin(), index_.end());
+  // Of a scene to which nothing was added late they come in the order of their ids, which is that of their rows.
+  if (!std::is_sorted(index_.begin(), index_.end())) std::sort(index_.begin(), index_.end());
+  next_ = 0;
 }
 
-const WarmStart::Pair* WarmStart::Find(const Key& key) const {
-  const auto place = std::lower_bound(index_.begin(), index_.end(), std::pair(key, uint32_t{0}));
-  return place != index_.end() && place->first == key ? &before_.pairs[place->second] : nullptr;
+const WarmStart::Pair* WarmStart::Find(const Key& key) {
+  auto place = index_.begin() + static_cast<std::ptrdiff_t>(next_);
+  if (place == index_.end() || place->first != key) {
+    place = std::lower_bound(index_.begin(), index_.end(), std::pair(key, uint32_t{0}));
+    if (place == index_.end() || place->first != key) return nullptr;
+  }
+  next_ = static_cast<size_t>(place - index_.begin()) + 1;
+  return &before_.pairs[place->second];
 }
 
 WarmStart::Recalled WarmStart::RecallAt(const Pair& old, const Vector3& place, const Vector3& normal) const {

@@ -68,12 +68,13 @@ class WarmStart {
     void Clear();
   };
 
-  const Pair* Find(const Key& key) const;
+  const Pair* Find(const Key& key);
   Recalled RecallAt(const Pair& old, const Vector3& place, const Vector3& normal) const;
 
   Memory now_;
   Memory before_;
   std::vector<std::pair<Key, uint32_t>> index_;  // of before_, ascending
+  size_t next_ = 0;                              // in the index, after who was found last: most are found in its order
   double step_size_ = 0;                         // s, of the last solve; zero before the first
   double scale_ = 0;                             // of impulses, from that to this one
 };
