@@ -16,7 +16,8 @@ constexpr double kImpactSpeedMin = 1e-3;
 constexpr double kShortestHop = 0.25;
 // m: as deep as this two bodies are in touch, for rounding leaves gaps between what was put together.
 constexpr double kDepthMin = -1e-9;
-// Deeper than so many times what the closing speed covers in a substep is no impact of this substep.
+// Deeper than so many times what the closing speed covers is an impact of this substep only if they are seen apart in
+// it.
 constexpr double kFreshDepth = 1.5;
 // Of the substep: impacts of one body that are nearer to each other happen at once.
 constexpr double kSameTime = 0.05;
@@ -31,6 +32,9 @@ constexpr double kFlatGap = 2e-5;
 constexpr double kFlatPart = 0.03;
 // m/s: what slips faster slides.
 constexpr double kSlidingSpeed = 1e-2;
+
+// m: at which two are taken to collide that cover `way` (m) in a substep.
+double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
 }  // namespace
 
@@ -89,9 +93,14 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
   std::swap(candidates_, waiting_);
   waiting_.clear();
   std::erase_if(candidates_, [&](const Candidate& candidate) { return is_changed(candidate.pair); });
+  parting_.clear();
   for (const ContactPair& pair : contacts.pairs) {
     if (!is_changed(pair)) continue;
-    if (const std::optional<Candidate> candidate = Judge(contacts, pair)) candidates_.push_back(*candidate);
+    if (const std::optional<Candidate> candidate = Judge(contacts, pair)) {
+      candidates_.push_back(*candidate);
+    } else if (MayBeMissed(contacts, pair)) {
+      parting_.push_back(pair);
+    }
   }
   for (const SweptPair& pair : swept) {
     const auto known = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
@@ -113,6 +122,31 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
       *known = candidate;
     }
   }
+  if (candidates_.size() + parting_.size() <= kRefinedMax) FindMissed(contacts);
+}
+
+bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
+  if (!rewinds_ || pair.is_sensor || !speed_.IsFree(pair)) return false;
+  const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
+  return std::ranges::any_of(points, [&](const ContactPoint& point) { return point.depth > kFlatGap; });
+}
+
+// What turns fast may have met something, and part again by the end of the substep.
+void Impacts::FindMissed(const ContactBuffer& contacts) {
+  for (const ContactPair& pair : parting_) {
+    const bool is_known = std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
+      return candidate.pair.geometry_a == pair.geometry_a && candidate.pair.geometry_b == pair.geometry_b;
+    });
+    if (is_known) continue;
+    const double since = FreeSince(pair);
+    double depth = 0, speed = 0;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      depth = std::max(depth, contacts.points[i].depth);
+      speed = std::max(speed, contacts.points[i].relative_velocity.norm());
+    }
+    if (since == 0 || !WereApart(pair, since, speed)) continue;
+    candidates_.push_back({.pair = pair, .time = since / 2, .closing = depth / since, .were_apart = true});
+  }
 }
 
 // What slides or rolls into something: the engine would stop it a substep too late, and in its own way.
@@ -125,6 +159,20 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   const auto known = std::lower_bound(touching.begin(), touching.end(), entities,
                                       [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; });
   return known == touching.end() || known->pair != entities;
+}
+
+// How long before the end both were last hit, or the substep began: before that they did not go as they do now.
+double Impacts::FreeSince(const ContactPair& pair) const {
+  const RowValues<double>& free_since = world_.free_since;
+  return std::min({step_size_, free_since[pair.entity_a], free_since[pair.entity_b]});
+}
+
+bool Impacts::WereApart(const ContactPair& pair, double time, double speed) const {
+  Manifold manifold;
+  FindMeeting(pair, time, time, 0, manifold);
+  const double most = 2 * DepthOfImpact(speed * step_size_);
+  const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+  return std::ranges::all_of(points, [&](const MeetingPoint& point) { return point.depth <= most; });
 }
 
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
@@ -143,21 +191,30 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   const bool is_free = speed_.IsFree(pair);
   const bool is_held = !is_free && IsNewAmongHeld(pair);
   if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
+  const double since = FreeSince(pair);
+  const bool goes_back = rewinds_ && (is_free || is_held);
   std::optional<Candidate> found;
+  std::optional<bool> were_apart;  // as far as somebody looked
   for (const ContactPoint& point : points) {
     if (point.depth < kDepthMin) continue;
     const double closing = -point.relative_velocity.dot(point.normal);
     if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) continue;
+    bool is_fresh = goes_back && point.depth > 0;
+    if (is_fresh && point.depth > kFreshDepth * closing * since) {
+      if (!were_apart) were_apart = WereApart(pair, since, point.relative_velocity.norm());
+      is_fresh = *were_apart;
+    }
     double time = 0;
-    if (rewinds_ && (is_free || is_held) && point.depth > 0 && point.depth <= kFreshDepth * closing * step_size_) {
+    if (is_fresh) {
       const Vector3 pull = PullOn(pair.entity_b) - PullOn(pair.entity_a);
       const double square = closing * closing + 2 * pull.dot(point.normal) * point.depth;
       time = square > 0 ? 2 * point.depth / (closing + std::sqrt(square)) : point.depth / closing;
-      time = std::min(time, step_size_);
+      time = std::min(time, since);
     }
     if (!found || time > found->time)
       found = Candidate{.pair = pair, .time = time, .closing = closing, .is_held = is_held};
   }
+  if (found) found->were_apart = were_apart.value_or(false);
   return found;
 }
 
@@ -225,24 +282,43 @@ void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b,
                Placed(pair.geometry_b, b, time_b), gap, manifold);
 }
 
-// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen.
+double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const {
+  const StruckBody a = MotionOf(candidate.pair.entity_a).BodyBefore(time_a);
+  const StruckBody b = MotionOf(candidate.pair.entity_b).BodyBefore(time_b);
+  return (a.VelocityAt(point.position) - b.VelocityAt(point.position)).dot(point.normal);
+}
+
+// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that overlap
+// all the time collide when they begin to close.
 void Impacts::Refine(Candidate& candidate) const {
   const double way = candidate.closing * step_size_;
-  const double tolerance = kTimedDepth + kTimedPart * way;
+  const double tolerance = DepthOfImpact(way);
   const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
   const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
              goes_b = GoesBack(candidate.pair.entity_b, candidate);
-  double touching = candidate.is_swept ? 0 : -1, apart = step_size_, time = candidate.time;
+  const double since = FreeSince(candidate.pair);
+  double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
   Manifold manifold;
   for (int look = 0; look < kLooksMax; ++look) {
-    FindMeeting(candidate.pair, goes_a ? time : 0, goes_b ? time : 0, gap, manifold);
+    const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
+    FindMeeting(candidate.pair, time_a, time_b, gap, manifold);
     double depth = -gap;
-    for (int i = 0; i < manifold.count; ++i) depth = std::max(depth, manifold.points[static_cast<size_t>(i)].depth);
-    if (depth >= 0 && depth <= tolerance) break;
-    (depth > 0 ? touching : apart) = time;
+    const MeetingPoint* deepest = nullptr;
+    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
+      if (point.depth <= depth) continue;
+      depth = point.depth;
+      deepest = &point;
+    }
+    const auto closes = [&] { return ClosingAt(candidate, time_a, time_b, *deepest) > 0; };
+    const bool is_near = depth >= 0 && depth <= tolerance;
+    // When they were hit last they touched as well, and part.
+    if (is_near && (since == step_size_ || closes())) break;
+    const bool is_known = candidate.is_swept || (candidate.were_apart && depth > kFlatGap);
+    const bool is_after = depth > tolerance && (is_known || closes());
+    (is_after ? touching : apart) = time;
     // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
     double next = time + (depth - tolerance / 2) / candidate.closing;
-    if (!(next > touching && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
+    if (!(next > touching && next >= 0 && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
     if (next == time) break;
     time = next;
   }
@@ -363,6 +439,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     const uint32_t row = Index(struck.row);
     HalfStep& half = world_.layer.half_steps[row];
     if (struck.time > 0) {
+      world_.free_since[struck.row] = struck.time;
       moved_.push_back({struck.row, struck.time, struck.motion.PoseBefore(struck.time)});
       const ImpactMotion after = struck.motion.After(struck.time, bodies_[i], ends[i]);
       world_.state.set_pose(struck.row, after.pose());

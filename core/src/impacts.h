@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,6 +14,9 @@
 #include "impact_motion.h"
 
 namespace genphys {
+
+/// What no impact hit since the substep began.
+inline constexpr double kAlwaysFree = std::numeric_limits<double>::infinity();
 
 /// What the impacts of a substep need to know of the world. All of it outlives them.
 struct ImpactWorld {
@@ -29,6 +33,7 @@ struct ImpactWorld {
   RowValues<int>& struck_index;  // -1: none
   RowValues<int>& swept_index;   // the same, of sweeps
   RowValues<double>& earliest;
+  RowValues<double>& free_since;  // s before the end
 };
 
 /// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
@@ -97,7 +102,8 @@ class Impacts {
     double time = 0;     // s before the end
     double closing = 0;  // m/s
     bool is_swept = false;
-    bool is_held = false;  // both are, or cannot be moved
+    bool were_apart = false;  // it is known that they were, since the last impact of either
+    bool is_held = false;     // both are, or cannot be moved
   };
   struct Struck {
     EntityRow row{};
@@ -106,11 +112,16 @@ class Impacts {
   };
 
   void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
+  void FindMissed(const ContactBuffer& contacts);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
+  double FreeSince(const ContactPair& pair) const;
+  bool WereApart(const ContactPair& pair, double time, double speed) const;
+  bool MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
   void KeepEarliest();
   void Refine(Candidate& candidate) const;
+  double ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const;
   void CollectStruck();
   void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
@@ -131,7 +142,8 @@ class Impacts {
   bool rewinds_;
   ImpactSpeed speed_;
   std::vector<Candidate> candidates_;
-  std::vector<Candidate> waiting_;  // for earlier ones of their bodies
+  std::vector<Candidate> waiting_;    // for earlier ones of their bodies
+  std::vector<ContactPair> parting_;  // overlap, and part at the end
   std::vector<Struck> struck_;
   std::vector<StruckBody> bodies_;  // of struck_, at their times
   std::vector<Blow> blows_;

@@ -88,7 +88,8 @@ ImpactWorld StepRun::Surroundings() {
           world_.geometry_rows_,  world_.active_,
           scratch_.accelerations, scratch_.flew,
           scratch_.jointed,       scratch_.struck_index,
-          scratch_.swept_index,   scratch_.earliest};
+          scratch_.swept_index,   scratch_.earliest,
+          scratch_.free_since};
 }
 
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
@@ -128,6 +129,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     looked_at = is_all_new ? nullptr : &changed;
     FillRelativeVelocities(looked_at);
   }
+  scratch_.free_since.Clear();
   world_.near_->PutInOrder(world_.contacts_);
   touches_.AddSolved(impacts.impulses());
   Mark("impacts");

@@ -5,6 +5,7 @@
 #include "field_forces.h"
 #include "genphys/math.h"
 #include "genphys/row_marks.h"
+#include "impacts.h"
 #include "mover.h"
 
 namespace genphys {
@@ -22,6 +23,7 @@ struct StepScratch {
   RowValues<int> struck_index{-1};                    // of impacts
   RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<double> earliest{0};                      // of impacts, s before the end
+  RowValues<double> free_since{kAlwaysFree};          // its last impact in this substep, s before the end
   RowMarks flew;                                      // in flight before the solve
   RowMarks is_sampled;                                // has one of `samples`
   RowMarks was_sampled;                               // has one of `last_samples`
@@ -38,7 +40,8 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          swept_index, earliest, flew, jointed, held, changed, moved, tested, flies, steered, strays, pushed);
+          swept_index, earliest, free_since, flew, jointed, held, changed, moved, tested, flies, steered, strays,
+          pushed);
   }
 };
 
