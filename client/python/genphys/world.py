@@ -244,7 +244,7 @@ class World(Commands, Queries):
         return stamp_of(self._connection.call("PauseWorld", request, timeout).stamp)
 
     def reset(self, *, timeout: float | None = None) -> Stamp:
-        """Takes the world back to its creation, in a new epoch."""
+        """Takes the world back to where its first step began, with what had been made by then, in a new epoch."""
         request = wire.ResetWorldRequest(name=self._name)
         return stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
 
