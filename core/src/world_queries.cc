@@ -23,6 +23,12 @@ Status CheckRays(std::span<const Ray> rays) {
   return absl::OkStatus();
 }
 
+Status CheckCount(size_t results, std::string_view field) {
+  if (results <= Limits::kQueryResultsMax) return absl::OkStatus();
+  return Refuse(Reason::kLimitExceeded, std::string(field),
+                Cat("there are more than ", Limits::kQueryResultsMax, " results: ask in smaller parts"));
+}
+
 Placement PlacementOf(const Pose& pose) { return ToPlacement({pose.position, pose.orientation.normalized()}); }
 
 }  // namespace
@@ -93,6 +99,7 @@ Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<cons
   GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
   std::vector<std::vector<RayEntry>> all(rays.size());
   const double whole = 1;
+  size_t count = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
     near_->VisitRay(rays[i], whole, [&](GeometryRow row) {
       if (!rule_.SeenByRay(row, collides_with_bits)) return;
@@ -105,6 +112,8 @@ Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<cons
     std::sort(all[i].begin(), all[i].end(), [](const RayEntry& a, const RayEntry& b) {
       return std::tie(a.fraction, a.hit) < std::tie(b.fraction, b.hit);
     });
+    count += all[i].size();
+    GENPHYS_RETURN_IF_ERROR(CheckCount(count, "origins"));
   }
   return all;
 }
@@ -136,6 +145,7 @@ Result<std::vector<std::vector<GeometryId>>> World::FindOverlaps(const Shape& sh
   GENPHYS_RETURN_IF_ERROR(CheckShapeQuery(shape, poses));
   std::vector<std::vector<GeometryId>> overlaps(poses.size());
   Manifold manifold;
+  size_t count = 0;
   for (size_t i = 0; i < poses.size(); ++i) {
     const Placement placement = PlacementOf(poses[i]);
     for (const GeometryRow row : RowsIn(BoundsOf(shape, placement), collides_with_bits)) {
@@ -143,6 +153,8 @@ Result<std::vector<std::vector<GeometryId>>> World::FindOverlaps(const Shape& sh
       FindContacts(geometry->shape, there, shape, placement, 0, manifold);
       if (manifold.count > 0) overlaps[i].push_back({rule_.info(row).entity_id, geometry->id});
     }
+    count += overlaps[i].size();
+    GENPHYS_RETURN_IF_ERROR(CheckCount(count, "positions"));
   }
   return overlaps;
 }

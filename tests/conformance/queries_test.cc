@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "engine_test.h"
+#include "genphys/limits.h"
 #include "support/shapes.h"
 
 namespace genphys {
@@ -34,6 +35,21 @@ T Must(Result<T> made) {
 }
 
 Refusal WhyNot(const Status& status) { return RefusalOf(status).value_or(Refusal{}); }
+
+TEST_P(Queries, TellNoMoreThanFitsIntoMemory) {
+  Proves({Claim::kRaysThrough});
+  constexpr size_t kBodies = 2000;
+  const auto world = MakeWorld();
+  for (size_t i = 0; i < kBodies; ++i) Add(*world, Still(Sphere{0.5}, {0, 0, 5}));
+  const Ray ray{{0, 0, 10}, {0, 0, -9}};
+  const std::vector<Ray> rays(Limits::kQueryResultsMax / kBodies, ray);
+  EXPECT_EQ(Must(world->CastRaysThrough(rays)).size(), rays.size());
+  std::vector<Ray> more = rays;
+  more.push_back(ray);
+  const Refusal refusal = WhyNot(world->CastRaysThrough(more).status());
+  EXPECT_EQ(refusal.reason, Reason::kLimitExceeded);
+  EXPECT_EQ(refusal.field, "origins");
+}
 
 TEST_P(Queries, ARayTellsOfAllThatItPassesInOrder) {
   Proves({Claim::kRaysThrough});

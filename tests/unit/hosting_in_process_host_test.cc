@@ -142,7 +142,8 @@ TEST_P(FailingEngine, FaultsItsWorldWhichCanStillBeReadAndReset) {
   bench.failure = GetParam();
 
   const Status failed = Bench::Step(*host);
-  EXPECT_EQ(failed.code(), GetParam() == Failure::kFault ? absl::StatusCode::kAborted : absl::StatusCode::kInternal)
+  EXPECT_EQ(failed.code(),
+            GetParam() == Failure::kFault ? absl::StatusCode::kAborted : absl::StatusCode::kResourceExhausted)
       << failed.ToString();
 
   EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_FAULTED);

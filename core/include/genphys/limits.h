@@ -43,6 +43,11 @@ struct Limits {
   static constexpr unsigned kHeightfieldSideMax = 1024;
   static constexpr unsigned kJointsMax = 1'000'000;
   static constexpr unsigned kEntitiesMax = 1'000'000;
+  /// Of geometries near each other, and of points at which they touch: memory grows with them, whoever asks for it.
+  static constexpr unsigned kNearPairsMax = 1'000'000;
+  static constexpr unsigned kContactPointsMax = 1'000'000;
+  /// Hits or overlaps that one query tells.
+  static constexpr unsigned kQueryResultsMax = 4'000'000;
 };
 
 }  // namespace genphys

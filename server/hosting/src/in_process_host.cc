@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <limits>
 #include <new>
 #include <optional>
 #include <utility>
@@ -15,6 +16,24 @@
 
 namespace genphys {
 namespace {
+
+// Protobuf encodes no more.
+constexpr size_t kReplyBytesMax = std::numeric_limits<int32_t>::max();
+
+// What these do to a world is nothing, also when they fail halfway.
+bool IsQuery(WorldMethod method) {
+  switch (method) {
+    case WorldMethod::kCastRays:
+    case WorldMethod::kCastShape:
+    case WorldMethod::kFindOverlaps:
+    case WorldMethod::kFindClosest:
+    case WorldMethod::kMeasureDistances:
+    case WorldMethod::kGetContacts:
+      return true;
+    default:
+      return false;
+  }
+}
 
 Status WorldIsGone(WorldMethod method) {
   const bool by_name = method <= WorldMethod::kPauseWorld;
@@ -28,6 +47,9 @@ Result<EncodedMessage> Answer(HostedWorld& hosted, const WorldCall& call,
   GENPHYS_RETURN_IF_ERROR(DecodeRequest(call.request, &request));
   const Result<Response> response = (hosted.*handle)(request);
   if (!response.ok()) return response.status();
+  if (response->ByteSizeLong() > kReplyBytesMax) {
+    return Refuse(Reason::kLimitExceeded, "", "the reply would be larger than 2 GiB: ask for less at once");
+  }
   return EncodedMessage{EncodeReply(*response)};
 }
 
@@ -174,6 +196,9 @@ Progress InProcessHost::Serve(Pending& pending) {
     }
     hosted_->CatchUp();
     return pending.call.method == WorldMethod::kStep ? ServeStep(pending) : ServeShort(pending);
+  } catch (const std::bad_alloc&) {
+    const Status status = Refuse(Reason::kLimitExceeded, "", "there is not enough memory for this request");
+    Finish(pending, IsQuery(pending.call.method) ? status : Broken(status));
   } catch (const EngineFault& fault) {
     Finish(pending, Broken(Refuse(Reason::kDiverged, "", std::string("the engine failed: ") + fault.what())));
   } catch (const std::exception& exception) {
