@@ -107,7 +107,7 @@ double JointStep::Aim(std::span<const uint32_t> mine, double h, std::vector<Join
 // After Aim(), from where the last solve began.
 bool JointStep::SolveAgain(uint32_t island) {
   for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
-  return solver_.SolveAgain(island, bodies());
+  return solver_.SolveAgain(island, bodies()) && !solver_.is_swept();
 }
 
 // After a solve of an island that IsResolved().

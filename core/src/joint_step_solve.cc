@@ -106,7 +106,10 @@ bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& ro
     if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) break;
     for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
   }
-  return !IsResolved(mine, h) || Follow(island, h, rows);
+  if (solver_.is_swept() || !IsResolved(mine, h) || Follow(island, h, rows)) return true;
+  // Aims that cannot be met: as if nobody had aimed.
+  for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
+  return solver_.Solve(island, rows, mine, body_of_, bodies());
 }
 
 void JointStep::FindJolts(std::span<const JointRow> rows) {

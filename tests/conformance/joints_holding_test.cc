@@ -3,6 +3,7 @@
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
+#include "support/random.h"
 
 namespace genphys::testing {
 namespace {
@@ -231,6 +232,27 @@ TEST_P(JointsHolding, WhatIsJoinedDoesNotCollideUnlessItShall) {
     Do(*world, SetPose{a, Vector3(0, 0, 0), {}});
     Steps(*world, 1);
     EXPECT_FALSE(world->contacts().pairs.empty()) << "they are strangers again";
+  }
+}
+
+// A slider keeps a body as it is turned, and a hinge wants it turned otherwise.
+TEST_P(JointsHolding, JointsThatContradictEachOtherLeaveTheirWorldUsable) {
+  Proves({Claim::kJointHinge, Claim::kJointSlider});
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    const auto world = MakeSpace(GetParam());
+    const EntityId box = Add(*world, Body(Box{{0.5, 0.5, 0.5}}, random.Vector(1)));
+    SliderJoint slider;
+    slider.axis.limits = {.lower = 0, .upper = random.Uniform(0.1, 1)};
+    Join(*world, ToWorld(box, slider));
+    JointDesc hinge = ToWorld(box, HingeJoint{}, {random.Vector(0.5), random.Turn()});
+    hinge.frame_in_b = Pose{random.Vector(0.2), random.Turn()};
+    Join(*world, hinge);
+    for (int step = 0; step < 200; ++step) {
+      const Status status = world->Step();
+      ASSERT_TRUE(status.ok()) << "world " << i << ", step " << step << ": " << status;
+    }
+    EXPECT_LE(VelocityOf(*world, box).norm(), kGravity) << "world " << i;
   }
 }
 

@@ -95,6 +95,7 @@ TEST(Joints, NameTheNumberThatIsWrong) {
   wheel.suspension = JointAxis{.limits = {}, .motor = {}, .spring = Spring{.stiffness = 2 * Limits::kStiffnessMax}};
   ExpectRefused(scene, with(wheel), Reason::kOutOfRange, joint + "wheel.suspension.spring.stiffness");
   ExpectRefused(scene, with(GearJoint{.ratio = 0}), Reason::kInvalidValue, joint + "gear.ratio");
+  ExpectRefused(scene, with(GearJoint{.ratio = -0.9e-6}), Reason::kOutOfRange, joint + "gear.ratio");
 
   JointDesc tilted = ToWorld(scene.ball, FixedJoint{});
   tilted.frame_in_b = Pose{Vector3::Zero(), Quaternion(1, 1, 0, 0)};

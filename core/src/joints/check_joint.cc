@@ -1,6 +1,7 @@
 #include "joints/check_joint.h"
 
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "cat.h"
@@ -100,8 +101,9 @@ struct KindCheck {
   }
   Status operator()(const GearJoint& joint) const {
     GENPHYS_RETURN_IF_ERROR(CheckNumber(joint.ratio, -Limits::kGearRatioMax, Limits::kGearRatioMax, "ratio"));
-    if (joint.ratio != 0) return absl::OkStatus();
-    return Refuse(Reason::kInvalidValue, "ratio", "a gear with the ratio zero would only brake");
+    if (joint.ratio == 0) return Refuse(Reason::kInvalidValue, "ratio", "a gear with the ratio zero would only brake");
+    if (std::abs(joint.ratio) >= 1 / Limits::kGearRatioMax) return absl::OkStatus();
+    return Refuse(Reason::kOutOfRange, "ratio", Cat("must be at least ", 1 / Limits::kGearRatioMax, " off zero"));
   }
 };
 

@@ -10,6 +10,8 @@ namespace {
 constexpr int kRoundsMax = 100;
 // So often may the number of rows on the wrong side fail to fall before they change sides one by one.
 constexpr int kPatience = 5;
+// Where that has no end, rows are swept so often instead.
+constexpr int kSweeps = 100;
 // Of what is compared, and m/s or rad/s: what rounding leaves is on no wrong side.
 constexpr double kRelativeSlack = 1e-10, kAbsoluteSlack = 1e-13;
 
@@ -20,6 +22,7 @@ bool RowSolver::Solve(uint32_t plan_number, std::span<JointRow> rows, std::span<
   Load(rows, mine, body_of, bodies);
   if (plan_number >= plans_.size()) plans_.resize(plan_number + 1);
   RowPlan& plan = plans_[plan_number];
+  is_swept_ = false;
   const bool is_solved = plan.Make(groups_) && SolveBounded(plan);
   if (is_solved) Give(bodies);
   for (const uint32_t body : used_) local_of_[body] = RowPlan::kStill;
@@ -39,6 +42,26 @@ bool RowSolver::SolveAgain(uint32_t plan_number, std::span<JointBody> bodies) {
   if (is_bounded_ && FindWrong() > 0 && !SolveBounded(plan)) return false;
   Give(bodies);
   return true;
+}
+
+// Rows that contradict each other, as a slider and a hinge of the same two may, pull so hard against one another that
+// rounding decides which of them are at bounds. Projected Gauss-Seidel comes nowhere near that: each turn of a row
+// only lessens what all of them lack. False if not even numbers are left.
+bool RowSolver::Sweep() {
+  is_swept_ = true;
+  for (Six& change : changes_) change.setZero();
+  for (Line& line : lines_) line.impulse = 0;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (Line& line : lines_) {
+      const double before = line.impulse;
+      line.impulse = std::clamp(before + LackingOf(line) / line.diagonal, line.row->lower, line.row->upper);
+      for (size_t side = 0; side < 2; ++side) {
+        const uint32_t body = groups_[line.group].bodies[side];
+        if (body != RowPlan::kStill) changes_[body] += (line.impulse - before) * line.gain[side];
+      }
+    }
+  }
+  return std::ranges::all_of(lines_, [](const Line& line) { return std::isfinite(line.impulse); });
 }
 
 void RowSolver::Give(std::span<JointBody> bodies) const {
@@ -174,9 +197,9 @@ bool RowSolver::SolveBounded(const RowPlan& plan) {
   for (int round = 0; round < kRoundsMax; ++round) {
     CollectInside();
     Assemble(plan);
-    if (!Factor(plan)) return false;
+    if (!Factor(plan)) return Sweep();
     Substitute(plan);
-    if (!ChangeVelocities()) return false;
+    if (!ChangeVelocities()) return Sweep();
     if (!is_bounded_) return true;
     const size_t wrong = FindWrong();
     if (wrong == 0) return true;
@@ -192,7 +215,7 @@ bool RowSolver::SolveBounded(const RowPlan& plan) {
       Move(lines_[wrong_.back()]);
     }
   }
-  return false;
+  return Sweep();
 }
 
 void RowSolver::CollectInside() {

@@ -27,6 +27,9 @@ class RowSolver {
   /// `bodies` have the velocities again that they had before.
   bool SolveAgain(uint32_t plan, std::span<JointBody> bodies);
 
+  /// Whether the rows of the last Solve() contradicted each other, so that it only came near.
+  bool is_swept() const { return is_swept_; }
+
   /// The movable bodies of the last Solve(), in `bodies`.
   std::span<const uint32_t> moved() const { return used_; }
 
@@ -71,11 +74,13 @@ class RowSolver {
   void Move(Line& line) const;
   double LackingOf(const Line& line) const;
   bool SolveBounded(const RowPlan& plan);
+  bool Sweep();
   void Give(std::span<JointBody> bodies) const;
 
   std::vector<RowPlan> plans_;
   std::vector<Line> lines_;
   bool is_bounded_ = false;  // some row is
+  bool is_swept_ = false;
   std::vector<RowPlan::Group> groups_;
   std::vector<uint8_t> is_point_;       // by group: three rows along x, y and z, and no other
   std::vector<uint32_t> inside_;        // lines within their bounds, group by group
