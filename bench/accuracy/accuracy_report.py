@@ -43,8 +43,6 @@ REASONS: dict[str, str] = {
     "B5": "at steps this coarse our errors still rise and fall with the step: it does not converge yet",
     "B11.hanging": "what only hangs is right to a millionth of its length in both; our error falls with the square of the "
                    "step, and begins higher",
-    "C5.capsule.50": "at 30 steps per second the fourth flight is over in less than two, and is told by nobody's samples; "
-                     "the engine alone takes 60 for nearly the same cost",
 }
 """Why our model is not ahead at equal cost, by problem."""
 

@@ -19,7 +19,9 @@ class BounceWatch {
     const double gap = now.position.z() - low_;
     const double jump = now.velocity.z() - speed_ + gravity_ * (time - time_);
     const bool bounced = jump > kJump;
-    if (bounced && !bounced_before_) {
+    // What pushes it out of the floor may take more than one step; who was in the air and would have come down again
+    // since the last look has bounced anew.
+    if (bounced && (!bounced_before_ || ComesDown(time - time_))) {
       peaks_.push_back(0);
       slowest_ = std::numeric_limits<double>::infinity();
     }
@@ -30,6 +32,7 @@ class BounceWatch {
     }
     if (std::abs(gap) > kRestGap || now.velocity.norm() > kRestSpeed) unrest_ = time;
     bounced_before_ = bounced;
+    gap_ = gap;
     speed_ = now.velocity.z();
     time_ = time;
   }
@@ -54,12 +57,18 @@ class BounceWatch {
   static constexpr double kRestGap = 1e-4;    // m
   static constexpr double kRestSpeed = 1e-2;  // m/s
 
+  // Whether it flew at the last look, upwards, and falls back onto the floor within `passed` seconds (s).
+  bool ComesDown(double passed) const {
+    return gap_ > 0 && speed_ > 0 && gap_ + (speed_ - gravity_ * passed / 2) * passed < 0;
+  }
+
   double low_;
   double drop_;
   double gravity_;
   std::vector<double> peaks_;
   double slowest_ = 0;
   bool bounced_before_ = false;
+  double gap_ = 0;
   double speed_ = 0;
   double time_ = 0;
   double unrest_ = 0;
