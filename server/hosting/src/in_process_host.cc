@@ -20,9 +20,16 @@ namespace {
 // Protobuf encodes no more.
 constexpr size_t kReplyBytesMax = std::numeric_limits<int32_t>::max();
 
-// What these do to a world is nothing, also when they fail halfway.
-bool IsQuery(WorldMethod method) {
+Status NoMemory() { return Refuse(Reason::kLimitExceeded, "", "there is not enough memory for this request"); }
+
+// Whether what the method does to a world is nothing, also when it fails halfway.
+bool ChangesNothing(WorldMethod method) {
   switch (method) {
+    case WorldMethod::kGetWorld:
+    case WorldMethod::kGetEntity:
+    case WorldMethod::kListEntities:
+    case WorldMethod::kListJoints:
+    case WorldMethod::kListForceFields:
     case WorldMethod::kCastRays:
     case WorldMethod::kCastShape:
     case WorldMethod::kFindOverlaps:
@@ -96,6 +103,15 @@ Result<EncodedMessage> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
       break;
   }
   return absl::InternalError("no handler for this method");
+}
+
+Result<EncodedMessage> AnswerShort(HostedWorld& hosted, const WorldCall& call) {
+  if (!ChangesNothing(call.method)) return AnswerAny(hosted, call);
+  try {
+    return AnswerAny(hosted, call);
+  } catch (const std::bad_alloc&) {
+    return NoMemory();
+  }
 }
 
 }  // namespace
@@ -197,8 +213,7 @@ Progress InProcessHost::Serve(Pending& pending) {
     hosted_->CatchUp();
     return pending.call.method == WorldMethod::kStep ? ServeStep(pending) : ServeShort(pending);
   } catch (const std::bad_alloc&) {
-    const Status status = Refuse(Reason::kLimitExceeded, "", "there is not enough memory for this request");
-    Finish(pending, IsQuery(pending.call.method) ? status : Broken(status));
+    Finish(pending, Broken(NoMemory()));
   } catch (const EngineFault& fault) {
     Finish(pending, Broken(Refuse(Reason::kDiverged, "", std::string("the engine failed: ") + fault.what())));
   } catch (const std::exception& exception) {
@@ -231,7 +246,7 @@ void InProcessHost::FinishAndKeep(Pending& pending, const Result<EncodedMessage>
 
 Progress InProcessHost::ServeShort(Pending& pending) {
   const Status wanted = pending.call.CheckWanted();
-  const Result<EncodedMessage> outcome = wanted.ok() ? AnswerAny(*hosted_, pending.call) : wanted;
+  const Result<EncodedMessage> outcome = wanted.ok() ? AnswerShort(*hosted_, pending.call) : wanted;
   if (outcome.ok() && pending.call.method == WorldMethod::kPlayWorld) PostPlay(++play_generation_);
   FinishAndKeep(pending, outcome, outcome.ok());
   return Progress::kDone;
