@@ -103,9 +103,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
     }
   }
   for (const SweptPair& pair : swept) {
-    const auto known = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
-      return candidate.pair.geometry_a == pair.geometry_a && candidate.pair.geometry_b == pair.geometry_b;
-    });
+    const auto known = CandidateOf(pair.geometry_a, pair.geometry_b);
     const ContactPair as_contact{.entity_a = pair.entity_a,
                                  .entity_b = pair.entity_b,
                                  .geometry_a = pair.geometry_a,
@@ -125,6 +123,12 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
   if (candidates_.size() + parting_.size() <= kRefinedMax) FindMissed(contacts);
 }
 
+std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, GeometryRow b) {
+  return std::ranges::find_if(candidates_, [&](const Candidate& candidate) {
+    return candidate.pair.geometry_a == a && candidate.pair.geometry_b == b;
+  });
+}
+
 bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (!rewinds_ || pair.is_sensor || !speed_.IsFree(pair)) return false;
   const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
@@ -134,10 +138,7 @@ bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair
 // What turns fast may have met something, and part again by the end of the substep.
 void Impacts::FindMissed(const ContactBuffer& contacts) {
   for (const ContactPair& pair : parting_) {
-    const bool is_known = std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
-      return candidate.pair.geometry_a == pair.geometry_a && candidate.pair.geometry_b == pair.geometry_b;
-    });
-    if (is_known) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
     const double since = FreeSince(pair);
     double depth = 0, speed = 0;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {

@@ -113,6 +113,7 @@ class Impacts {
 
   void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
   void FindMissed(const ContactBuffer& contacts);
+  std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
   double FreeSince(const ContactPair& pair) const;

@@ -107,7 +107,7 @@ bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& ro
     for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
   }
   if (solver_.is_swept() || !IsResolved(mine, h) || Follow(island, h, rows)) return true;
-  // Aims that cannot be met: as if nobody had aimed.
+  // Aims that cannot be met: from where it began, as near as one solve comes to the last of them.
   for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
   return solver_.Solve(island, rows, mine, body_of_, bodies());
 }
