@@ -15,61 +15,57 @@ btVector3 Turned(const btSolverBody& body, const btVector3& impulse) {
                                         : btVector3(0, 0, 0);
 }
 
-double RateOf(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
-  return row.m_contactNormal1.dot(a.m_linearVelocity) + row.m_relpos1CrossNormal.dot(a.m_angularVelocity) +
-         row.m_contactNormal2.dot(b.m_linearVelocity) + row.m_relpos2CrossNormal.dot(b.m_angularVelocity);
+Eigen::Vector4d Padded(const btVector3& v) { return {v.x(), v.y(), v.z(), 0}; }
+
+// Fills in a Jacobian and what follows from it. Returns the rate before the solve.
+double FillJacobian(const btVector3& push, const btVector3& turn_a, const btVector3& turn_b, const btSolverBody& a,
+                    const btSolverBody& b, SolverRow& to) {
+  const btVector3 gain_a = Turned(a, turn_a), gain_b = Turned(b, turn_b);
+  to.push = Padded(push);
+  to.turn_a = Padded(turn_a);
+  to.turn_b = Padded(turn_b);
+  to.gain_a = Padded(gain_a);
+  to.gain_b = Padded(gain_b);
+  to.mobility = push.dot(push) * (a.internalGetInvMass().x() + b.internalGetInvMass().x()) + turn_a.dot(gain_a) +
+                turn_b.dot(gain_b);
+  return push.dot(a.m_linearVelocity - b.m_linearVelocity) + turn_a.dot(a.m_angularVelocity) +
+         turn_b.dot(b.m_angularVelocity);
 }
 
 }  // namespace
 
-void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, btSolverConstraint& to) {
-  const btVector3 axis = ToBullet(row.axis), point = ToBullet(row.point);
+void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, BoundedRow& to) {
+  const btVector3 axis = ToBullet(row.axis), none(0, 0, 0);
+  double rate = 0;
   switch (row.kind) {
-    case JointRow::Kind::kLinear:
-      to.m_contactNormal1 = -axis;
-      to.m_contactNormal2 = axis;
-      to.m_relpos1CrossNormal = (point - CenterOf(a)).cross(-axis);
-      to.m_relpos2CrossNormal = (point - CenterOf(b)).cross(axis);
+    case JointRow::Kind::kLinear: {
+      const btVector3 point = ToBullet(row.point);
+      rate = FillJacobian(-axis, axis.cross(point - CenterOf(a)), (point - CenterOf(b)).cross(axis), a, b, to);
       break;
+    }
     case JointRow::Kind::kAngular:
-      to.m_relpos1CrossNormal = -axis;
-      to.m_relpos2CrossNormal = axis;
+      rate = FillJacobian(none, -axis, axis, a, b, to);
       break;
     case JointRow::Kind::kGeared:
-      to.m_relpos1CrossNormal = axis;
-      to.m_relpos2CrossNormal = ToBullet(row.axis_b);
+      rate = FillJacobian(none, axis, ToBullet(row.axis_b), a, b, to);
       break;
   }
-  to.m_angularComponentA = Turned(a, to.m_relpos1CrossNormal);
-  to.m_angularComponentB = Turned(b, to.m_relpos2CrossNormal);
-  const btScalar mobility = to.m_contactNormal1.dot(to.m_contactNormal1 * a.internalGetInvMass()) +
-                            to.m_contactNormal2.dot(to.m_contactNormal2 * b.internalGetInvMass()) +
-                            to.m_relpos1CrossNormal.dot(to.m_angularComponentA) +
-                            to.m_relpos2CrossNormal.dot(to.m_angularComponentB);
-  to.m_jacDiagABInv = 1 / (mobility + row.softness);
-  to.m_cfm = row.softness * to.m_jacDiagABInv;
-  to.m_rhs = (row.target - RateOf(to, a, b)) * to.m_jacDiagABInv;
-  to.m_lowerLimit = row.lower;
-  to.m_upperLimit = row.upper;
+  to.softness = row.softness;
+  to.inverse = 1 / (to.mobility + row.softness);
+  to.wanted = (row.target - rate) * to.inverse;
+  to.lower = row.lower;
+  to.upper = row.upper;
 }
 
 double FillPush(const btVector3& axis, const btVector3& place, const btSolverBody& a, const btSolverBody& b,
-                ContactRow& to) {
-  const btVector3 turn_a = (place - CenterOf(a)).cross(axis), turn_b = axis.cross(place - CenterOf(b));
-  const btVector3 gain_a = Turned(a, turn_a), gain_b = Turned(b, turn_b);
-  to.push = FromBullet(axis);
-  to.turn_a = FromBullet(turn_a);
-  to.turn_b = FromBullet(turn_b);
-  to.gain_a = FromBullet(gain_a);
-  to.gain_b = FromBullet(gain_b);
-  to.mobility = a.internalGetInvMass().x() + b.internalGetInvMass().x() + turn_a.dot(gain_a) + turn_b.dot(gain_b);
+                SolverRow& to) {
+  const double rate = FillJacobian(axis, (place - CenterOf(a)).cross(axis), axis.cross(place - CenterOf(b)), a, b, to);
   to.inverse = 1 / to.mobility;
   to.wanted = 0;
-  return axis.dot(a.m_linearVelocity) + turn_a.dot(a.m_angularVelocity) + (-axis).dot(b.m_linearVelocity) +
-         turn_b.dot(b.m_angularVelocity);
+  return rate;
 }
 
-double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, ContactRow& to) {
+double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, SolverRow& to) {
   // A gap may be closed within the step.
   to.wanted = (-rate + std::min(depth, 0.0) / step_size) * to.inverse;
   if (depth <= 0) return 0;
@@ -80,13 +76,6 @@ double FillContact(double depth, double rate, const ErrorCorrection& correction,
     left = std::clamp(depth - correction.slop.value_or(0), 0.0, speed_max * step_size / part);
   }
   return left * part / step_size * to.inverse;
-}
-
-void StartFrom(double impulse, btSolverBody& a, btSolverBody& b, ContactRow& row) {
-  row.impulse = impulse;
-  const btVector3 push = ToBullet(row.push);
-  a.internalApplyImpulse(push * a.internalGetInvMass(), ToBullet(row.gain_a), impulse);
-  b.internalApplyImpulse(-push * b.internalGetInvMass(), ToBullet(row.gain_b), impulse);
 }
 
 void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& first, btVector3& second) {

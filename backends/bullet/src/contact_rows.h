@@ -1,8 +1,8 @@
 #pragma once
 #include <BulletDynamics/ConstraintSolver/btSolverBody.h>
-#include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
 
-#include <limits>
+#include <Eigen/Core>
+#include <algorithm>
 
 #include "convert.h"
 #include "genphys/error_correction.h"
@@ -14,20 +14,25 @@ namespace genphys::bullet_backend {
 /// that it costs no accuracy to be quick.
 inline constexpr double kOverlapTakenPerStep = 0.4;
 
-// Rows of Bullet's solver, written from what the layer says of contacts and joints. Bullet's own way there leads
-// through manifolds, which are a cache of points and ten times as large as what is to be said of one.
+// Rows between bodies of Bullet's solver, written from what the layer says of contacts and joints. Bullet's own way
+// there leads through manifolds, which are a cache of points and ten times as large as what is to be said of one, and
+// its bodies are so large that those of a pile do not stay in the nearest cache.
 
-/// The whole of a row of a joint: rate + softness * impulse = target.
-void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, btSolverConstraint& to);
+/// What rows have changed of the velocities of a body, of one of the two kinds that the solver keeps. Fourth components
+/// are zero: processors calculate with pairs of numbers.
+struct MotionChange {
+  Eigen::Vector4d linear = Eigen::Vector4d::Zero();   // m/s
+  Eigen::Vector4d angular = Eigen::Vector4d::Zero();  // rad/s
+  double inverse_mass = 0;                            // 1/kg; zero of one that nothing moves
+};
 
-/// A row between two bodies that touch: what Bullet's own says of it in little more than half as much memory, through
-/// which a sweep of a large pile goes from end to end.
-struct ContactRow {
-  Vector3 push = Vector3::Zero();    // unit length, on a; on b against it
-  Vector3 turn_a = Vector3::Zero();  // of the Jacobian, m
-  Vector3 turn_b = Vector3::Zero();
-  Vector3 gain_a = Vector3::Zero();  // rad/s per N*s
-  Vector3 gain_b = Vector3::Zero();
+/// A row between two bodies.
+struct SolverRow {
+  Eigen::Vector4d push = Eigen::Vector4d::Zero();    // of the Jacobian, on a; on b against it
+  Eigen::Vector4d turn_a = Eigen::Vector4d::Zero();  // of the Jacobian, m
+  Eigen::Vector4d turn_b = Eigen::Vector4d::Zero();
+  Eigen::Vector4d gain_a = Eigen::Vector4d::Zero();  // rad/s per N*s
+  Eigen::Vector4d gain_b = Eigen::Vector4d::Zero();
   double mobility = 0;  // m/s per N*s
   double inverse = 0;   // N*s per m/s
   double wanted = 0;    // N*s, were all else as it is
@@ -37,6 +42,14 @@ struct ContactRow {
   int b = 0;
 };
 
+/// One of a joint, or about a line: from `lower` to `upper`.
+struct BoundedRow : SolverRow {
+  double softness = 0;  // see JointRow
+  double lower = -JointRow::kUnbounded;
+  double upper = JointRow::kUnbounded;
+  double pushed = 0;  // the impulse of what takes overlaps apart
+};
+
 /// What takes an overlap apart by a move, which leaves the velocities as they are.
 struct ContactPush {
   int row = 0;        // of the contact, that it goes along
@@ -44,66 +57,40 @@ struct ContactPush {
   double impulse = 0;
 };
 
+/// Fills in all of a row of a joint but ids and impulse: rate + softness * impulse = target.
+void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, BoundedRow& to);
+
 /// Fills in all but ids, friction and impulse of a row that pushes `a` along `axis` (unit length) at `place`, and `b`
 /// against it, and wants nothing. Returns how fast a goes that way against b there, m/s.
 double FillPush(const btVector3& axis, const btVector3& place, const btSolverBody& a, const btSolverBody& b,
-                ContactRow& to);
+                SolverRow& to);
 
 /// What remains to be said of a row that keeps two bodies apart, which are `depth` inside each other (negative: a gap)
 /// and approach at -`rate` m/s. Returns what is wanted of a push that takes them apart; zero if none is.
-double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, ContactRow& to);
-
-/// Starts a row from `impulse`.
-void StartFrom(double impulse, btSolverBody& a, btSolverBody& b, ContactRow& row);
+double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, SolverRow& to);
 
 /// Two directions across `normal`, the first of them along `slip` if there is any.
 void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& first, btVector3& second);
 
-/// The velocities of a body that rows change, of one of the two kinds that the solver keeps.
-struct Motion {
-  btVector3& linear;
-  btVector3& angular;
-  btScalar inverse_mass;
-};
-
-inline double Dot(const Vector3& x, const btVector3& y) { return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]; }
-
-inline void AddTimes(const Vector3& x, double factor, btVector3& to) {
-  for (int i = 0; i < 3; ++i) to[i] += x[i] * factor;
+/// Gives two bodies an impulse of a row.
+[[gnu::always_inline]] inline void Apply(const SolverRow& row, double impulse, MotionChange& a, MotionChange& b) {
+  a.linear += (a.inverse_mass * impulse) * row.push;
+  b.linear -= (b.inverse_mass * impulse) * row.push;
+  a.angular += impulse * row.gain_a;
+  b.angular += impulse * row.gain_b;
 }
 
-/// One turn of a row between two motions: `applied` comes as near to `wanted` as its bounds let it. Returns the change
-/// of the row's rate.
-[[gnu::always_inline]] inline double RelaxMotion(const ContactRow& row, const Motion& a, const Motion& b, double wanted,
-                                                 double lower, double upper, double& applied) {
-  const double rate = Dot(row.push, a.linear - b.linear) + Dot(row.turn_a, a.angular) + Dot(row.turn_b, b.angular);
+/// One turn of a row: brings its rate to what is `wanted`, as far as the bounds of the impulse `applied` let it.
+/// Returns the change of the rate.
+[[gnu::always_inline]] inline double Relax(const SolverRow& row, double wanted, double lower, double upper,
+                                           double& applied, MotionChange& a, MotionChange& b) {
+  const Eigen::Vector4d rates = row.push.cwiseProduct(a.linear - b.linear) + row.turn_a.cwiseProduct(a.angular) +
+                                row.turn_b.cwiseProduct(b.angular);
   const double before = applied;
-  applied = btMin(btMax(before + wanted - rate * row.inverse, lower), upper);
+  applied = std::min(std::max(before + wanted - rates.sum() * row.inverse, lower), upper);
   const double change = applied - before;
-  AddTimes(row.push, a.inverse_mass * change, a.linear);
-  AddTimes(row.push, -(b.inverse_mass * change), b.linear);
-  AddTimes(row.gain_a, change, a.angular);
-  AddTimes(row.gain_b, change, b.angular);
+  Apply(row, change, a, b);
   return change * row.mobility;
-}
-
-/// One turn of a sweep: brings the rate of a row to what it shall be, as far as the bounds let it. Returns by how much
-/// it was off. Of the bodies only what the sweeps change is touched.
-[[gnu::always_inline]] inline double Relax(btSolverBody& a, btSolverBody& b, double lower, double upper,
-                                           ContactRow& row) {
-  const auto motion = [](btSolverBody& body) {
-    return Motion{body.internalGetDeltaLinearVelocity(), body.internalGetDeltaAngularVelocity(),
-                  body.internalGetInvMass().x()};
-  };
-  return RelaxMotion(row, motion(a), motion(b), row.wanted, lower, upper, row.impulse);
-}
-
-/// The same of a push along `row`.
-inline double RelaxPush(btSolverBody& a, btSolverBody& b, const ContactRow& row, ContactPush& push) {
-  const auto motion = [](btSolverBody& body) {
-    return Motion{body.internalGetPushVelocity(), body.internalGetTurnVelocity(), body.internalGetInvMass().x()};
-  };
-  return RelaxMotion(row, motion(a), motion(b), push.wanted, 0, std::numeric_limits<double>::infinity(), push.impulse);
 }
 
 }  // namespace genphys::bullet_backend

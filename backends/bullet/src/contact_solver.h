@@ -116,11 +116,20 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddFriction(const btVector3& direction, const Surface& surface);
   void AddTorsions();
   void AddTorsion(int normal, const Vector3& axis, double arm);
-  double Resolve(btSolverConstraint& row) {
-    return resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
-                                             m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
+  // One turn of a row in a sweep. Returns the change of its rate.
+  double Resolve(SolverRow& row, double wanted, double lower, double upper) {
+    return Relax(row, wanted, lower, upper, row.impulse, ChangeOf(row.a), ChangeOf(row.b));
+  }
+  double Resolve(BoundedRow& row) {
+    return Resolve(row, row.wanted - row.softness * row.inverse * row.impulse, row.lower, row.upper);
+  }
+  // Starts a row from `impulse`.
+  void StartFrom(double impulse, SolverRow& row) {
+    row.impulse = impulse;
+    Apply(row, impulse, ChangeOf(row.a), ChangeOf(row.b));
   }
   btSolverBody& BodyAt(int id) { return m_tmpSolverBodyPool[id]; }
+  MotionChange& ChangeOf(int id) { return changes_[static_cast<size_t>(id)]; }
   void TakeImpulses();
 
   // False if the equations cannot be solved all at once.
@@ -136,15 +145,23 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<btCollisionObject*> bodies_;
   std::vector<AddedRow> rows_;
   std::vector<AddedPair> pairs_;
-  std::vector<AddedPoint> points_;  // by row of their normal
-  size_t point_count_ = 0;          // of pairs_
-  std::vector<ContactRow> normals_;
-  std::vector<ContactRow> frictions_;
+  // By body of Bullet's pool, in place of what it would change there itself.
+  std::vector<MotionChange> changes_;  // of velocities
+  std::vector<MotionChange> moves_;    // velocities that only take overlaps apart
+  std::vector<AddedPoint> points_;     // by row of their normal
+  size_t point_count_ = 0;             // of pairs_
+  std::vector<SolverRow> normals_;
+  std::vector<SolverRow> frictions_;
   std::vector<ContactPush> pushes_;  // of normals_, ascending
   Stirred stirred_;
-  Stirred pushed_;  // the same of overlaps
-  // Rows about lines: m_friction is how far they reach, m and m_frictionIndex the normal whose impulse bounds them.
-  btConstraintArray torsions_;
+  Stirred pushed_;                  // the same of overlaps
+  std::vector<BoundedRow> joints_;  // parallel to rows_
+  // Against turning about a line.
+  struct Torsion : BoundedRow {
+    int normal = 0;  // the row of the contact whose impulse bounds it
+    double arm = 0;  // m, by how much
+  };
+  std::vector<Torsion> torsions_;
   bool is_direct_ = false;
 };
 

@@ -19,38 +19,17 @@ constexpr double kGivingWay = 1e2;
 
 }  // namespace
 
-void DirectSolve::Add(btSolverConstraint& row, int bounded_by, double softness) {
-  const btSolverBody& a = bodies_[row.m_solverBodyIdA];
-  const btSolverBody& b = bodies_[row.m_solverBodyIdB];
-  const bool pushes = of_ == Of::kPushes;
-  Row added;
-  added.impulse = pushes ? &row.m_appliedPushImpulse : &row.m_appliedImpulse;
-  added.wanted = (pushes ? row.m_rhsPenetration : row.m_rhs) / row.m_jacDiagABInv;
-  // Bullet keeps a row's softness in units of the inverse of its diagonal.
-  added.softness = row.m_cfm / row.m_jacDiagABInv;
-  added.a = {row.m_solverBodyIdA, row.m_contactNormal1, row.m_relpos1CrossNormal,
-             row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA};
-  added.b = {row.m_solverBodyIdB, row.m_contactNormal2, row.m_relpos2CrossNormal,
-             row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB};
-  Add({row.m_lowerLimit, row.m_upperLimit, bounded_by}, softness, added);
-}
-
-void DirectSolve::Add(const ContactRow& row, double wanted, const Bounds& bounds, double softness, double& impulse) {
-  const btVector3 push = ToBullet(row.push);
+void DirectSolve::Add(const SolverRow& row, double wanted, const Bounds& bounds, double softness, double slack,
+                      double& impulse) {
   Row added;
   added.impulse = &impulse;
-  added.wanted = wanted * row.mobility;
-  added.softness = 0;
-  added.a = {row.a, push, ToBullet(row.turn_a), push * bodies_[row.a].internalGetInvMass(), ToBullet(row.gain_a)};
-  added.b = {row.b, -push, ToBullet(row.turn_b), -push * bodies_[row.b].internalGetInvMass(), ToBullet(row.gain_b)};
-  Add(bounds, softness, added);
-}
-
-void DirectSolve::Add(const Bounds& bounds, double softness, Row row) {
-  row.bounds = bounds;
-  row.slack = softness * (Dot(row.a, row.a) + Dot(row.b, row.b));
-  row.softness += row.slack;
-  rows_.push_back(row);
+  added.bounds = bounds;
+  added.wanted = wanted / row.inverse;
+  added.a = {row.a, row.push, row.turn_a, row.push * changes_[static_cast<size_t>(row.a)].inverse_mass, row.gain_a};
+  added.b = {row.b, -row.push, row.turn_b, -row.push * changes_[static_cast<size_t>(row.b)].inverse_mass, row.gain_b};
+  added.slack = slack * (Dot(added.a, added.a) + Dot(added.b, added.b));
+  added.softness = softness + added.slack;
+  rows_.push_back(added);
 }
 
 double DirectSolve::Dot(const Part& x, const Part& y) {
@@ -143,12 +122,9 @@ void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& 
     const double change = impulse - *row.impulse;
     *row.impulse = impulse;
     for (const Part* part : {&row.a, &row.b}) {
-      btSolverBody& body = bodies_[part->body];
-      if (of_ == Of::kPushes) {
-        body.internalApplyPushImpulse(part->linear_gain, part->angular_gain, change);
-      } else {
-        body.internalApplyImpulse(part->linear_gain, part->angular_gain, change);
-      }
+      MotionChange& body = changes_[static_cast<size_t>(part->body)];
+      body.linear += change * part->linear_gain;
+      body.angular += change * part->angular_gain;
     }
   }
 }

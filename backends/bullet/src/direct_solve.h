@@ -1,8 +1,6 @@
 #pragma once
-#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
-#include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
-
 #include <Eigen/Core>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -10,7 +8,7 @@
 
 namespace genphys::bullet_backend {
 
-/// Rows of Bullet's sequential solver, solved all at once: those without bounds by elimination, and what they leave of
+/// Rows, solved all at once: those without bounds by elimination, and what they leave of
 /// the others by sweeps that find out which are at their bounds, in turns with the elimination of those which are not
 /// (Silcowitz, Niebe, Erleben: Projected Gauss-Seidel subspace minimization method, 2010). Bullet's own direct solvers
 /// share a flag between all threads, so that a world could end the solve of another.
@@ -18,10 +16,8 @@ class DirectSolve {
  public:
   static constexpr int kFree = -1;
 
-  /// What is solved for: what bodies go on with, or what pushes overlapping ones apart and does not stay with them.
-  enum class Of { kVelocities, kPushes };
-
-  DirectSolve(btAlignedObjectArray<btSolverBody>& bodies, Of of) : bodies_(bodies), of_(of) {}
+  /// For what happens to `changes`, by body.
+  explicit DirectSolve(std::span<MotionChange> changes) : changes_(changes) {}
 
   /// From `lower` to `upper` N*s or N*m*s, or so many times the impulse of the row that was added as `bounded_by`.
   struct Bounds {
@@ -29,10 +25,9 @@ class DirectSolve {
     int bounded_by = kFree;
   };
 
-  /// Adds a row of velocities with its own bounds as that says; `softness` is added to its own, of its mobility.
-  void Add(btSolverConstraint& row, int bounded_by, double softness);
-  /// Adds a row of a contact for what is solved for: `wanted` and `impulse` are of that.
-  void Add(const ContactRow& row, double wanted, const Bounds& bounds, double softness, double& impulse);
+  /// Adds a row of which a solve wants `wanted` (see SolverRow), and which starts from `impulse` and has it after.
+  /// `softness` is 1/kg or 1/(kg*m^2), `slack` is added to it, of its mobility.
+  void Add(const SolverRow& row, double wanted, const Bounds& bounds, double softness, double slack, double& impulse);
 
   /// Gives all rows their impulses and the bodies what follows. False, and nothing done: there is no solution in sight.
   bool Run();
@@ -40,8 +35,8 @@ class DirectSolve {
  private:
   struct Part {
     int body;
-    btVector3 linear, angular;            // of the row's Jacobian
-    btVector3 linear_gain, angular_gain;  // velocity per impulse
+    Eigen::Vector4d linear, angular;            // of the row's Jacobian
+    Eigen::Vector4d linear_gain, angular_gain;  // velocity per impulse
   };
   struct Row {
     double* impulse;
@@ -52,7 +47,6 @@ class DirectSolve {
     Part a, b;
   };
 
-  void Add(const Bounds& bounds, double softness, Row row);
   static double Dot(const Part& x, const Part& y);
   Eigen::MatrixXd Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const;
   Eigen::VectorXd Wanted(const std::vector<size_t>& of) const;
@@ -65,8 +59,7 @@ class DirectSolve {
   bool IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const;
   void Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses);
 
-  btAlignedObjectArray<btSolverBody>& bodies_;
-  Of of_;
+  std::span<MotionChange> changes_;
   std::vector<Row> rows_;
   bool gives_way_ = false;
 };

@@ -1,9 +1,10 @@
 #pragma once
-#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
-
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include "contact_rows.h"
 
 namespace genphys::bullet_backend {
 
@@ -16,13 +17,12 @@ inline constexpr double kSettled = 1e-9;
 class Stirred {
  public:
   /// Before the first sweep: every row has a turn in that. A change of no more than `settled` (m/s or rad/s) is none.
-  void Begin(const btAlignedObjectArray<btSolverBody>& bodies, double settled) {
+  void Begin(std::span<const MotionChange> bodies, double settled) {
     sweep_ = 0;
     settled_ = settled;
-    changed_in_.assign(static_cast<size_t>(bodies.size()), 0);
-    is_movable_.resize(changed_in_.size());
-    for (int i = 0; i < bodies.size(); ++i)
-      is_movable_[static_cast<size_t>(i)] = bodies[i].internalGetInvMass().x() > 0;
+    changed_in_.assign(bodies.size(), 0);
+    is_movable_.resize(bodies.size());
+    for (size_t i = 0; i < bodies.size(); ++i) is_movable_[i] = bodies[i].inverse_mass > 0;
   }
 
   void BeginSweep() { ++sweep_; }
