@@ -20,102 +20,127 @@ constexpr double kLittle = 1e-4;
 constexpr double kEnergySlack = 1e-12;
 constexpr int kEnergyBisections = 30;
 
-// The matrix of the cross product with `v`.
-Matrix3 Crossing(const Vector3& v) {
-  Matrix3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
+using Vector2 = Eigen::Vector2d;
+// Three components and a zero: processors calculate with pairs of numbers.
+using Padded = Eigen::Vector4d;
 
-// One of the two bodies of a blow, as seen from where it is hit.
-struct Side {
-  Side(StruckBody& struck, const Blow& blow)
-      : body(struck),
-        arm(blow.position - struck.center),
-        shove(struck.inverse_mass * struck.freedom),
-        turn(struck.inverse_tensor * Crossing(arm)),
-        lever(arm.cross(blow.normal)),
-        parting(shove.cwiseProduct(blow.normal)),
-        parting_turn(turn * blow.normal) {}
+Padded Pad(const Vector3& v) { return {v.x(), v.y(), v.z(), 0}; }
 
-  Vector3 Velocity() const { return body.linear_velocity + body.angular_velocity.cross(arm); }
-  double Parting(const Vector3& normal) const {
-    return normal.dot(body.linear_velocity) + lever.dot(body.angular_velocity);
-  }
-  void Push(const Vector3& impulse) {
-    body.linear_velocity += shove.cwiseProduct(impulse);
-    body.angular_velocity += turn * impulse;
-  }
-  // The same by an impulse along the normal.
-  void Part(double impulse) {
-    body.linear_velocity += impulse * parting;
-    body.angular_velocity += impulse * parting_turn;
-  }
-  // Change of the velocity here per impulse, 1/kg.
-  Matrix3 Mobility() const { return Matrix3(shove.asDiagonal()) - Crossing(arm) * turn; }
+// Velocities of a body while blows change them, m/s and rad/s.
+struct Speeds {
+  Padded linear;
+  Padded angular;
+};
 
-  StruckBody& body;
-  Vector3 arm;           // m, from the centre of mass
-  Vector3 shove;         // 1/kg
-  Matrix3 turn;          // rad/s per N*s
-  Vector3 lever;         // m, of the normal
-  Vector3 parting;       // m/s per N*s along the normal
-  Vector3 parting_turn;  // rad/s per N*s along the normal
+// What the two bodies of a blow do along an axis (from a to b) and what an impulse along it does to them.
+class Along {
+ public:
+  Along(const Vector3& axis, const Vector3& position, const StruckBody& a, const StruckBody& b)
+      : axis_(Pad(axis)), a_(-axis, position, a), b_(axis, position, b) {}
+
+  // How fast b goes this way against a, m/s.
+  double Rate(const Speeds& a, const Speeds& b) const {
+    return (axis_.cwiseProduct(b.linear - a.linear) + a_.lever.cwiseProduct(a.angular) +
+            b_.lever.cwiseProduct(b.angular))
+        .sum();
+  }
+  void Push(double impulse, Speeds& a, Speeds& b) const {
+    a.linear += impulse * a_.shift;
+    b.linear += impulse * b_.shift;
+    a.angular += impulse * a_.turn;
+    b.angular += impulse * b_.turn;
+  }
+  // Change of the rate per impulse along another axis, 1/kg.
+  double Answer(const Along& to) const {
+    return Rate({.linear = to.a_.shift, .angular = to.a_.turn}, {.linear = to.b_.shift, .angular = to.b_.turn});
+  }
+
+ private:
+  struct Side {
+    Side(const Vector3& push, const Vector3& position, const StruckBody& body)
+        : lever(Pad((position - body.center).cross(push))),
+          shift(Pad(body.inverse_mass * body.freedom.cwiseProduct(push))),
+          turn(Pad(body.inverse_tensor * lever.head<3>())) {}
+
+    Padded lever;  // m
+    Padded shift;  // m/s per N*s
+    Padded turn;   // rad/s per N*s
+  };
+
+  Padded axis_;
+  Side a_;
+  Side b_;
 };
 
 // One blow against its two bodies.
 class Settling {
  public:
-  Settling(Blow& blow, std::span<StruckBody> bodies)
-      : blow_(blow),
-        a_(bodies[blow.body_a], blow),
-        b_(bodies[blow.body_b], blow),
-        mobility_(a_.Mobility() + b_.Mobility()),
-        softness_(blow.normal.dot(mobility_ * blow.normal)) {}
+  Settling(Blow& blow, std::span<const StruckBody> bodies)
+      : Settling(blow, blow.normal.unitOrthogonal(), bodies[blow.body_a], bodies[blow.body_b]) {}
 
   Blow& blow() { return blow_; }
   const Blow& blow() const { return blow_; }
 
+  void Restart(double separation_speed) {
+    blow_.separation_speed = separation_speed;
+    blow_.impulse = 0;
+    rubbing_.setZero();
+  }
+  void Finish() { blow_.rubbing = rubbing_[0] * first_ + rubbing_[1] * second_; }
+
   // Each returns by how much (m/s) a velocity had to be changed.
-  double Separate() {
+  double Separate(Speeds& a, Speeds& b) {
     if (!(softness_ > 0)) return 0;
-    const double lacking = blow_.separation_speed - (b_.Parting(blow_.normal) - a_.Parting(blow_.normal));
+    const double lacking = blow_.separation_speed - normal_.Rate(a, b);
     const double impulse = std::max(lacking / softness_, -blow_.impulse);
     if (impulse == 0) return 0;
     blow_.impulse += impulse;
-    a_.Part(-impulse);
-    b_.Part(impulse);
+    normal_.Push(impulse, a, b);
     return std::abs(impulse) * softness_;
   }
 
-  double Rub() {
+  double Rub(Speeds& a, Speeds& b) {
     const double bound = blow_.friction * blow_.impulse;
-    if (!(bound > 0) && blow_.rubbing.isZero(0)) return 0;
-    const Vector3 relative = b_.Velocity() - a_.Velocity();
-    const Vector3 slip = relative - relative.dot(blow_.normal) * blow_.normal;
-    const double speed = slip.norm();
-    Vector3 wanted = blow_.rubbing;
+    if (!(bound > 0) && rubbing_.isZero(0)) return 0;
+    const Vector2 slip(across_[0].Rate(a, b), across_[1].Rate(a, b));
+    const double square = slip.squaredNorm(), answer = slip.dot(answers_ * slip);
+    Vector2 wanted = rubbing_;
     double softness = 0;
-    if (speed > 0) {
-      const Vector3 along = slip / speed;
-      softness = along.dot(mobility_ * along);
-      if (softness > 0) wanted -= slip / softness;
+    if (answer > 0) {
+      wanted -= (square / answer) * slip;
+      softness = answer / square;
     }
-    const double size = wanted.norm();
-    if (size > bound) wanted *= bound / size;
-    const Vector3 impulse = wanted - blow_.rubbing;
-    blow_.rubbing = wanted;
-    a_.Push(-impulse);
-    b_.Push(impulse);
+    const double size = wanted.squaredNorm();
+    if (size > bound * bound) wanted *= bound / std::sqrt(size);
+    const Vector2 impulse = wanted - rubbing_;
+    rubbing_ = wanted;
+    across_[0].Push(impulse[0], a, b);
+    across_[1].Push(impulse[1], a, b);
     return impulse.norm() * softness;
   }
 
  private:
+  Settling(Blow& blow, const Vector3& first, const StruckBody& a, const StruckBody& b)
+      : blow_(blow),
+        first_(first),
+        second_(blow.normal.cross(first)),
+        normal_(blow.normal, blow.position, a, b),
+        across_{Along(first_, blow.position, a, b), Along(second_, blow.position, a, b)},
+        rubbing_(blow.rubbing.dot(first_), blow.rubbing.dot(second_)),
+        softness_(normal_.Answer(normal_)) {
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) answers_(i, j) = across_[i].Answer(across_[j]);
+    }
+  }
+
   Blow& blow_;
-  Side a_;
-  Side b_;
-  Matrix3 mobility_;
-  double softness_;  // 1/kg along the normal
+  Vector3 first_;  // across the normal
+  Vector3 second_;
+  Along normal_;
+  Along across_[2];
+  Eigen::Matrix2d answers_;  // 1/kg, across the normal
+  Vector2 rubbing_;          // N*s, the same
+  double softness_;          // 1/kg along the normal
 };
 
 // Sorts blows into groups that have no movable body in common, each in the order in which the blows came.
@@ -171,10 +196,23 @@ class Progress {
 // Blows that have no movable body in common with any other.
 class Group {
  public:
-  explicit Group(std::span<StruckBody> bodies) : bodies_(bodies), changed_in_(bodies.size(), 0) {}
+  explicit Group(std::span<StruckBody> bodies) : bodies_(bodies), changed_in_(bodies.size(), 0) {
+    speeds_.reserve(bodies.size());
+    for (const StruckBody& body : bodies) speeds_.push_back({Pad(body.linear_velocity), Pad(body.angular_velocity)});
+  }
 
   void Add(Blow& blow) { blows_.emplace_back(blow, bodies_); }
-  void Clear() { blows_.clear(); }
+  // What was found is told to blows and bodies, and another group may be added.
+  void Finish() {
+    for (Settling& settling : blows_) {
+      settling.Finish();
+      for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) {
+        bodies_[body].linear_velocity = speeds_[body].linear.head<3>();
+        bodies_[body].angular_velocity = speeds_[body].angular.head<3>();
+      }
+    }
+    blows_.clear();
+  }
 
   void Settle() {
     ForgetChanges();
@@ -186,7 +224,8 @@ class Group {
         const uint32_t a = settling.blow().body_a, b = settling.blow().body_b;
         // Neither has been changed since its last turn.
         if (changed_in_[a] + 1 < sweep && changed_in_[b] + 1 < sweep) continue;
-        const double change = std::max(settling.Separate(), settling.Rub());
+        const double parted = settling.Separate(speeds_[a], speeds_[b]);
+        const double change = std::max(parted, settling.Rub(speeds_[a], speeds_[b]));
         if (change > kSettled) NoteChange(a, b, sweep);
         largest = std::max(largest, change);
       }
@@ -211,12 +250,6 @@ class Group {
   }
 
  private:
-  struct Velocities {
-    uint32_t body = 0;
-    Vector3 linear;
-    Vector3 angular;
-  };
-
   void ForgetChanges() {
     for (const Settling& settling : blows_) {
       for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) changed_in_[body] = 0;
@@ -232,7 +265,7 @@ class Group {
 
   // Marks in passing whom it has.
   void Remember() {
-    before_.clear();
+    movable_.clear();
     is_driven_ = false;
     ForgetChanges();
     for (const Settling& settling : blows_) {
@@ -242,7 +275,7 @@ class Group {
           is_driven_ |= !body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0);
         } else if (changed_in_[each] == 0) {
           changed_in_[each] = 1;
-          before_.push_back({each, body.linear_velocity, body.angular_velocity});
+          movable_.push_back(each);
         }
       }
     }
@@ -250,35 +283,29 @@ class Group {
 
   // To where it began, to ask for a part of the separation.
   void Return(double part) {
-    for (const Velocities& each : before_) {
-      bodies_[each.body].linear_velocity = each.linear;
-      bodies_[each.body].angular_velocity = each.angular;
+    for (const uint32_t each : movable_) {
+      speeds_[each] = {Pad(bodies_[each].linear_velocity), Pad(bodies_[each].angular_velocity)};
     }
-    for (size_t i = 0; i < blows_.size(); ++i) {
-      Blow& blow = blows_[i].blow();
-      blow.separation_speed = part * asked_[i];
-      blow.impulse = 0;
-      blow.rubbing.setZero();
-    }
+    for (size_t i = 0; i < blows_.size(); ++i) blows_[i].Restart(part * asked_[i]);
   }
 
   // Kinetic, of all that can be moved, J.
   double Energy() const {
     double sum = 0;
-    for (const Velocities& each : before_) {
-      const StruckBody& body = bodies_[each.body];
-      sum += body.linear_velocity.squaredNorm() / body.inverse_mass +
-             body.angular_velocity.dot(body.tensor * body.angular_velocity);
+    for (const uint32_t each : movable_) {
+      const Vector3 spin = speeds_[each].angular.head<3>();
+      sum += speeds_[each].linear.squaredNorm() / bodies_[each].inverse_mass + spin.dot(bodies_[each].tensor * spin);
     }
     return sum / 2;
   }
 
   std::span<StruckBody> bodies_;
+  std::vector<Speeds> speeds_;  // by body, which has them from before until the group is finished
   std::vector<Settling> blows_;
   std::vector<uint32_t> changed_in_;  // the last sweep, by body
-  std::vector<Velocities> before_;
-  std::vector<double> asked_;  // m/s, by blow
-  bool is_driven_ = false;     // something that cannot be moved moves
+  std::vector<uint32_t> movable_;     // bodies of the group
+  std::vector<double> asked_;         // m/s, by blow
+  bool is_driven_ = false;            // something that cannot be moved moves
 };
 
 template <typename Solve>
@@ -288,7 +315,7 @@ void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Solve&& so
       .Walk([&](uint32_t i) { group.Add(blows[i]); },
             [&] {
               solve(group);
-              group.Clear();
+              group.Finish();
             });
 }
 
