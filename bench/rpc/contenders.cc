@@ -130,17 +130,18 @@ CppDrive::CppDrive(const std::string& address, const Scene& scene)
 
 void CppDrive::Advance(uint32_t steps) { AdvanceByCalls(world_, steps); }
 
-Times CppDrive::Measure(uint32_t steps) {
+Times CppDrive::Measure(uint32_t run_in, uint32_t steps) {
   constexpr uint32_t kInFlight = 2;
+  const uint32_t first = std::max(run_in, kInFlight), last = run_in + steps - kInFlight + 1;
   for (uint32_t i = 0; i < kInFlight; ++i) Check(drive_.Send());
   Clock::time_point begin, end;
-  for (uint32_t received = 1; received <= steps; ++received) {
+  for (uint32_t received = 1; received <= run_in + steps; ++received) {
     Must(drive_.Receive());
-    if (received == kInFlight) begin = Clock::now();
-    if (received == steps - kInFlight + 1) end = Clock::now();
-    if (received + kInFlight <= steps) Check(drive_.Send());
+    if (received == first) begin = Clock::now();
+    if (received == last) end = Clock::now();
+    if (received + kInFlight <= run_in + steps) Check(drive_.Send());
   }
-  return {std::chrono::duration<double, std::micro>(end - begin).count() / (steps - 2 * kInFlight + 1)};
+  return {std::chrono::duration<double, std::micro>(end - begin).count() / (last - first)};
 }
 
 client::Frame CppDrive::Look() { return Must(world_.Step(0)).frame; }

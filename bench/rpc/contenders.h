@@ -91,8 +91,9 @@ class CppDrive {
   CppDrive(const std::string& address, const Scene& scene);
 
   void Advance(uint32_t steps);
-  /// The time from one result to the next, on average over `steps` but for those that fill and empty the stream.
-  Times Measure(uint32_t steps);
+  /// The time from one result to the next, on average over `steps` but for those that empty the stream, after
+  /// `run_in` others.
+  Times Measure(uint32_t run_in, uint32_t steps);
   client::Frame Look();
 
  private:
