@@ -6,7 +6,6 @@
 #include "cat.h"
 #include "genphys/backend.h"
 #include "genphys/bounds.h"
-#include "genphys/limits.h"
 #include "genphys/placement.h"
 
 namespace genphys {
@@ -43,11 +42,6 @@ NearPairs::Pair PairOf(const PairRule& rule, GeometryRow a, GeometryRow b) {
           .entity_b = info_b.entity,
           .a = a,
           .b = b};
-}
-
-void CheckCount(const ContactBuffer& contacts) {
-  if (contacts.points.size() <= Limits::kContactPointsMax) return;
-  throw EngineFault(Cat("geometries touch at more than ", Limits::kContactPointsMax, " points"));
 }
 
 bool IsMoving(const RigidBody& body, bool is_active) { return is_active && body.motion_type != MotionType::kStatic; }
@@ -108,11 +102,22 @@ std::span<const NearPairs::Pair> NearPairs::Update(const PairRule& rule) {
 void NearPairs::AddPair(const PairRule& rule, GeometryRow a, GeometryRow b) {
   const PairRule::Verdict verdict = rule.Decide(a, b);
   if (verdict == PairRule::Verdict::kIgnore) return;
-  if (pairs_.size() + found_.size() >= Limits::kNearPairsMax) {
-    throw EngineFault(Cat("more than ", Limits::kNearPairsMax, " pairs of geometries are near each other"));
-  }
+  CheckPairs(pairs_.size() + found_.size() + 1, budget_.pairs);
   found_.push_back(rule.Before(a, b) ? PairOf(rule, a, b) : PairOf(rule, b, a));
   found_.back().is_sensor = verdict == PairRule::Verdict::kSensor;
+}
+
+void NearPairs::CheckPairs(size_t pairs, size_t most) {
+  if (pairs > most) throw BudgetExceeded(Cat("more than ", most, " pairs of geometries are near each other"));
+}
+
+void NearPairs::CheckPoints(size_t points, size_t most) {
+  if (points > most) throw BudgetExceeded(Cat("geometries touch at more than ", most, " points"));
+}
+
+void NearPairs::Check(const ContactBudget& budget, const ContactBuffer& contacts) const {
+  CheckPairs(pairs_.size(), budget.pairs);
+  CheckPoints(contacts.points.size(), budget.points);
 }
 
 ContactPair NearPairs::Opened(const PairRule& rule, const Pair& pair, const ContactBuffer& contacts) {
@@ -136,7 +141,7 @@ void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, ContactBuffe
     engine.FindPoints(pair.a, pair.b, contacts.points);
     const auto count = static_cast<uint32_t>(contacts.points.size() - first);
     if (count == 0) continue;
-    CheckCount(contacts);
+    CheckPoints(contacts.points.size(), budget_.points);
     ContactPair& touching = contacts.pairs.emplace_back(Opened(rule, pair, contacts));
     touching.first_point -= count;
     touching.point_count = count;
@@ -175,7 +180,7 @@ void NearPairs::CollideMoved(const PairRule& rule, BackendWorld& engine, const R
       continue;
     }
     ContactPair renewed = Opened(rule, pair, contacts);
-    CheckCount(contacts);
+    CheckPoints(contacts.points.size(), budget_.points);
     if (!is_known) {
       Overwrite(points_, renewed, contacts);
       come_.push_back(renewed);

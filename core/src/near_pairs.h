@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <stdexcept>
 #include <tuple>
 #include <vector>
 
@@ -11,10 +12,21 @@
 
 namespace genphys {
 
+/// More than what is allowed are near each other or touch.
+class BudgetExceeded : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Where all geometries of a world are, and which of them are near enough to each other to be asked for contact points.
 /// What it finds depends on where they are and who moves, and not on how that came about.
 class NearPairs {
  public:
+  /// From now on whatever finds more than that throws BudgetExceeded, and has to look for all of it again.
+  void set_budget(const ContactBudget& budget) { budget_ = budget; }
+  /// Throws BudgetExceeded if there are more than that already.
+  void Check(const ContactBudget& budget, const ContactBuffer& contacts) const;
+
   /// One entity's geometries, in the order of its description.
   struct Member {
     const RigidBody& body;
@@ -98,12 +110,15 @@ class NearPairs {
 
  private:
   void AddPair(const PairRule& rule, GeometryRow a, GeometryRow b);
+  static void CheckPairs(size_t pairs, size_t most);
+  static void CheckPoints(size_t points, size_t most);
   // A pair without points, which belong behind all others.
   static ContactPair Opened(const PairRule& rule, const Pair& pair, const ContactBuffer& contacts);
   void Overwrite(const std::vector<ContactPoint>& points, ContactPair& pair, ContactBuffer& contacts);
   void Insert(const PairRule& rule, ContactBuffer& contacts);
 
   BroadPhase broad_phase_;
+  ContactBudget budget_;
   std::vector<Pair> pairs_;    // as of the last Update()
   bool is_scattered_ = false;  // points are not in the order of their pairs
   // Kept between calls for their memory only.

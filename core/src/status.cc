@@ -37,7 +37,7 @@ constexpr std::array kReasons{
     ReasonRow{Reason::kStepMismatch, StatusCode::kFailedPrecondition, "STEP_MISMATCH"},
     ReasonRow{Reason::kDiverged, StatusCode::kAborted, "DIVERGED"},
     ReasonRow{Reason::kPoisoned, StatusCode::kAborted, "POISONED"},
-    ReasonRow{Reason::kBudgetExceeded, StatusCode::kAborted, "BUDGET_EXCEEDED"},
+    ReasonRow{Reason::kBudgetExceeded, StatusCode::kResourceExhausted, "BUDGET_EXCEEDED"},
     ReasonRow{Reason::kSnapshotIncompatible, StatusCode::kFailedPrecondition, "SNAPSHOT_INCOMPATIBLE"},
     ReasonRow{Reason::kWorldFaulted, StatusCode::kFailedPrecondition, "WORLD_FAULTED"},
     ReasonRow{Reason::kEntityNotFound, StatusCode::kNotFound, "ENTITY_NOT_FOUND"},

@@ -126,7 +126,7 @@ void StepRun::Ground(EntityRow row, double elapsed) {
       std::find_if(flyers_.begin(), flyers_.end(), [&](const Flyer& candidate) { return candidate.row == row; });
   scratch_.flies.Unmark(row);
   rows_.insert(std::lower_bound(rows_.begin(), rows_.end(), row), row);
-  Save(row, false);
+  undo_.Keep(row);
   StartMover(row, movers_.emplace_back());
   Fly(*flyer, elapsed);
   world_.TellPose(row);

@@ -13,6 +13,8 @@ void StepRun::StartPassages() {
   if (passages.empty()) return;
   ++world_.changes_;
   world_.is_settled_ = false;
+  undo_.KeepPassages();
+  for (const auto& [id, passage] : passages) undo_.Keep(EntityRow{id.index()});
   std::vector<EntityId> over;
   for (auto& [id, passage] : passages) {
     if (Lead(id, passage)) over.push_back(id);

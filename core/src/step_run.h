@@ -10,6 +10,7 @@
 #include "locked_axes.h"
 #include "mover.h"
 #include "step_scratch.h"
+#include "step_undo.h"
 #include "touching.h"
 
 namespace genphys {
@@ -19,20 +20,10 @@ class StepRun {
  public:
   StepRun(World& world, double step_size);
 
-  /// DIVERGED leaves the columns as they were.
+  /// BUDGET_EXCEEDED and DIVERGED leave all as it was; after DIVERGED the engine is gone.
   Status Run();
 
  private:
-  // Columns of a row to go back to.
-  struct Saved {
-    EntityRow row{};
-    Pose pose;
-    Vector3 linear_velocity = Vector3::Zero();
-    Vector3 angular_velocity = Vector3::Zero();
-    bool asleep = false;
-    HalfStep half;
-  };
-
   // A mover of an island of which a part of a solve is taken.
   struct Restrained {
     const Mover* mover = nullptr;
@@ -65,8 +56,8 @@ class StepRun {
   void Substep(double h, double elapsed);
   void Solve(double h);
   void MoveKinematic(double h);
-  void Save(EntityRow row, bool asleep);
-  void Restore();
+  void Undo();
+  ContactBudget BudgetWithin() const;
   void StartMover(EntityRow row, Mover& mover);
   bool IsDynamic(EntityRow row) const;
   bool Fits(EntityRow row) const;
@@ -152,12 +143,11 @@ class StepRun {
   StateArrays& state_;
   StepScratch& scratch_;
   FieldForces fields_;
-  std::vector<Saved> saved_;
+  StepUndo undo_;
   std::vector<Mover>& movers_;
   std::vector<EntityRow> rows_;  // of movers_, ascending; at the start of a step with those of flyers_
   std::vector<Flyer> flyers_;
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
-  double last_substep_before_ = 0;
   StepTouches touches_;
   JointStep& joints_;
   LockedBodies locked_;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "field_forces.h"
+#include "genphys/contact.h"
 #include "genphys/math.h"
 #include "genphys/row_marks.h"
 #include "impacts.h"
@@ -14,6 +15,7 @@ namespace genphys {
 /// be still right: a step that touches few of many entities must not pay for all of them.
 struct StepScratch {
   std::vector<Mover> movers;
+  ContactBuffer solved_before;  // by the last solve of the step before
 
   RowValues<Wrench> wrenches{Wrench{}};               // of commands
   RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields

@@ -14,6 +14,7 @@
 #include "sleeping.h"
 #include "state_hash.h"
 #include "step_scratch.h"
+#include "step_undo.h"
 #include "validate.h"
 
 namespace genphys {
@@ -45,11 +46,12 @@ Status CheckWorld(const WorldDesc& desc) {
   return WithFieldPrefix(CheckAutoDisable(desc.default_auto_disable), "defaults.auto_disable");
 }
 
-// Moves the pairs of which `is_chosen` from one list to another. Both are ascending and stay so.
+// Moves the pairs of which `is_chosen` from one list to another. Both are ascending and stay so. Shows them to `undo`.
 template <typename IsChosen>
-void MoveChosen(std::vector<TouchingPair>& from, std::vector<TouchingPair>& to, IsChosen is_chosen) {
+void MoveChosen(std::vector<TouchingPair>& from, std::vector<TouchingPair>& to, StepUndo* undo, IsChosen is_chosen) {
   const auto old_size = static_cast<std::ptrdiff_t>(to.size());
   std::copy_if(from.begin(), from.end(), std::back_inserter(to), is_chosen);
+  if (undo != nullptr) undo->Stirred(std::span(to).subspan(static_cast<size_t>(old_size)));
   std::erase_if(from, is_chosen);
   std::inplace_merge(to.begin(), to.begin() + old_size, to.end());
 }
@@ -127,11 +129,22 @@ uint64_t World::StateHash() const {
   return HashBytes(bytes);
 }
 
+Status World::OverBudget(std::string_view why, bool is_engine_new) const {
+  return Refuse(Reason::kBudgetExceeded, "",
+                Cat("step ", layer_.step + 1, " was undone (", why, is_engine_new ? "; the engine began anew" : "",
+                    "): move entities apart, remove some, or let filters ",
+                    "or a collision space keep them from meeting, and step again"));
+}
+
 Status World::Diverged(std::string_view why) {
   faulted_ = true;
-  // The engine is beyond use after a fault, and its columns were not taken over.
+  // The engine is beyond use after a fault, and its columns were not taken over. Queries do without.
   engine_.reset();
-  near_.reset();
+  near_ = std::make_unique<NearPairs>();
+  for (const EntityRow row : RowsOfBodies()) {
+    const RigidBody& body = *scene_.entities[Index(row)]->desc->rigid_body;
+    near_->Add(rule_, {body, geometry_rows_[Index(row)]}, state_.pose(row), false);
+  }
   contacts_.Clear();
   solved_.Clear();
   return Refuse(Reason::kDiverged, "",
@@ -184,14 +197,19 @@ void World::RebuildEngine() {
   if (backend_ == nullptr) return;
   engine_ = backend_->CreateWorld(backend_->Resolve(scene_.world.stepper));
   near_ = std::make_unique<NearPairs>();
+  for (EntityRow row : RowsOfBodies()) AddToEngine(row);
+  engine_->Recall(solved_, layer_.last_substep);
+}
+
+// In order of ids.
+std::vector<EntityRow> World::RowsOfBodies() const {
   std::vector<EntityRow> rows;
   for (uint32_t row = 0; row < scene_.entities.size(); ++row) {
     if (scene_.entities[row] && scene_.entities[row]->desc->rigid_body) rows.push_back(EntityRow{row});
   }
   std::sort(rows.begin(), rows.end(),
             [&](EntityRow a, EntityRow b) { return state_.ids[Index(a)] < state_.ids[Index(b)]; });
-  for (EntityRow row : rows) AddToEngine(row);
-  engine_->Recall(solved_, layer_.last_substep);
+  return rows;
 }
 
 bool World::ShouldBeActive(EntityRow entity) const {
@@ -242,6 +260,7 @@ void World::TellPose(EntityRow row) {
 
 void World::Wake(EntityRow row) {
   if (!state_.asleep[Index(row)] || layer_.faulted[Index(row)]) return;
+  if (undo_ != nullptr) undo_->Keep(row);
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();
@@ -263,14 +282,14 @@ void World::SetActive(EntityRow row, bool is_active) {
 // Takes up again who touches somebody that is active.
 void World::StirLying() {
   if (!std::exchange(is_stirred_, false)) return;
-  MoveChosen(layer_.lying, layer_.touching, [&](const TouchingPair& touching) {
+  MoveChosen(layer_.lying, layer_.touching, undo_, [&](const TouchingPair& touching) {
     return active_[touching.pair.a.index()] || active_[touching.pair.b.index()];
   });
 }
 
 // Lays aside who touches but moves no more.
 void World::LayLying() {
-  MoveChosen(layer_.touching, layer_.lying, [&](const TouchingPair& touching) {
+  MoveChosen(layer_.touching, layer_.lying, nullptr, [&](const TouchingPair& touching) {
     return !active_[touching.pair.a.index()] && !active_[touching.pair.b.index()];
   });
 }

@@ -5,6 +5,7 @@
 
 #include "genphys/world.h"
 #include "sleeping.h"
+#include "step_undo.h"
 
 namespace genphys {
 namespace {
@@ -23,6 +24,7 @@ void World::Unforce(EntityId id) {
 }
 
 void World::WakeIslandOf(EntityRow row) {
+  if (undo_ != nullptr) undo_->Keep(row);
   layer_.rest_times[Index(row)] = 0;
   if (state_.asleep[Index(row)]) aftermath_.stirred.push_back(row);
 }

@@ -41,6 +41,7 @@ StepRun::StepRun(World& world, double step_size)
       state_(world.state_),
       scratch_(*world.scratch_),
       fields_(world.scene_, world.state_),
+      undo_(world),
       movers_(scratch_.movers),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
       joints_(*world.joint_step_),
@@ -59,9 +60,13 @@ Status StepRun::Run() {
       ++world_.changes_;
       try {
         Advance();
+      } catch (const BudgetExceeded& why) {
+        Undo();
+        return world_.OverBudget(why.what(), undo_.has_solved());
       } catch (const EngineFault& fault) {
-        Restore();
-        joints_.Restore();
+        // It is beyond use after a fault.
+        world_.engine_.reset();
+        Undo();
         return world_.Diverged(fault.what());
       }
     }
@@ -107,21 +112,9 @@ void StepRun::CollectRows() {
   collect(whole, active.size());
 }
 
-void StepRun::Save(EntityRow entity, bool asleep) {
-  const uint32_t row = Index(entity);
-  saved_.push_back({entity, state_.pose(entity), state_.linear_velocities.col(row), state_.angular_velocities.col(row),
-                    asleep, world_.layer_.half_steps[row]});
-}
-
-void StepRun::Restore() {
-  for (const Saved& saved : saved_) {
-    state_.set_pose(saved.row, saved.pose);
-    state_.linear_velocities.col(Index(saved.row)) = saved.linear_velocity;
-    state_.angular_velocities.col(Index(saved.row)) = saved.angular_velocity;
-    state_.asleep[Index(saved.row)] = saved.asleep;
-    world_.layer_.half_steps[Index(saved.row)] = saved.half;
-  }
-  world_.layer_.last_substep = last_substep_before_;
+void StepRun::Undo() {
+  joints_.Restore();
+  undo_.Undo();
 }
 
 // `mover` may be of an earlier step: mostly the same move as in the last one, and are turned as that left them.
@@ -138,7 +131,14 @@ void StepRun::StartMover(EntityRow row, Mover& mover) {
   mover.momentum_start = mover.turned.tensor * state_.angular_velocities.col(Index(row));
 }
 
+// Within a step there may be somewhat more than a step may begin with. So what grows slowly is refused between two
+// steps, where there is nothing to be undone that the engine keeps to itself.
+ContactBudget StepRun::BudgetWithin() const {
+  return {world_.budget_.pairs + world_.budget_.pairs / 4, world_.budget_.points + world_.budget_.points / 4};
+}
+
 void StepRun::Advance() {
+  world_.near_->set_budget(BudgetWithin());
   world_.roused_.clear();
   world_.StirLying();
   scratch_.Begin(state_.rows());
@@ -149,10 +149,9 @@ void StepRun::Advance() {
   for (const EntityRow row : rows_) joints_.Hold(row);
   for (const EntityRow row : kinematic_rows_) joints_.Hold(row);
   ChooseFlyers();
-  last_substep_before_ = world_.layer_.last_substep;
-  saved_.reserve(rows_.size() + kinematic_rows_.size());
-  for (EntityRow row : rows_) Save(row, false);
-  for (EntityRow row : kinematic_rows_) Save(row, false);
+  undo_.Reserve(rows_.size() + kinematic_rows_.size());
+  for (EntityRow row : rows_) undo_.Keep(row);
+  for (EntityRow row : kinematic_rows_) undo_.Keep(row);
   movers_.resize(rows_.size());
   for (size_t i = 0; i < rows_.size(); ++i) StartMover(rows_[i], movers_[i]);
   Mark("choose");
@@ -160,8 +159,10 @@ void StepRun::Advance() {
   const uint32_t substeps = settings.substeps;
   substep_ = step_size_ / substeps;
   solver_ = settings.solver;
-  settled_ = std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == last_substep_before_;
+  settled_ =
+      std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == world_.layer_.last_substep;
   if (world_.contacts_stale_) CollideAndWake(nullptr);
+  world_.near_->Check(world_.budget_, world_.contacts_);
   if (rows_.empty() && kinematic_rows_.empty()) {
     world_.solved_.Clear();
   } else {
@@ -198,6 +199,7 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     scratch_.moved.Clear();
     for (EntityRow row : *moved) scratch_.moved.Mark(row);
   }
+  undo_.LoseContacts();
   bool is_all_new = false;
   do {
     is_all_new = moved == nullptr;
@@ -220,7 +222,6 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     const auto place = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (place != rows_.end() && *place == row) continue;
     rows_.insert(place, row);
-    Save(row, true);
     StartMover(row, movers_.emplace_back());
     joints_.Hold(row);
   }
@@ -302,6 +303,7 @@ void StepRun::Substep(double h, double elapsed) {
   world_.layer_.last_substep = h;
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
+  undo_.KeepSolved();  // nothing between the solve and this can be over the budget
   std::swap(world_.contacts_, world_.solved_);
   for (EntityRow row : rows_) Place(row);
   for (EntityRow row : kinematic_rows_) Place(row);
@@ -360,7 +362,9 @@ void StepRun::RetireStrays() {
 void StepRun::Retire(std::span<const EntityRow> strays) {
   for (const EntityRow row : strays) scratch_.strays.Mark(row);
   const auto is_stray = [&](EntityRow row) { return scratch_.strays[row]; };
-  for (const Saved& saved : saved_) {
+  undo_.KeepPassages();
+  undo_.KeepForces();
+  for (const StepUndo::Row& saved : undo_.rows()) {
     if (is_stray(saved.row)) state_.set_pose(saved.row, saved.pose);
   }
   for (const EntityRow entity : strays) {

@@ -47,6 +47,7 @@ std::vector<ClaimRow> MakeRows() {
   add("iterative solver", Feature::kSolverIterative), add("direct solver asked for", Feature::kSolverDirect);
   add("error correction in physical terms", Feature::kErrorCorrection);
   add("continuous collision", Feature::kContinuousCollision), add("sleeping, with thresholds and rest time");
+  add("steps that take too much are undone");
   add("exact snapshot", Feature::kExactSnapshot);
   group = "Events";
   add("contact began, persisted, ended"), add("impulses that carry the weight");

@@ -82,6 +82,7 @@ enum class Claim {
   kErrorCorrection,
   kContinuousCollision,
   kSleeping,
+  kBudget,
   kExactSnapshot,
   // What is told.
   kContactEvents,

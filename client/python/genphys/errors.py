@@ -138,7 +138,7 @@ class PoisonedError(GenphysError):
 
 
 class BudgetExceededError(GenphysError):
-    """It would take more time or memory than the world may use."""
+    """A step would take more memory than the world may use: it was undone, and the world goes on."""
 
     default_reason = "BUDGET_EXCEEDED"
 

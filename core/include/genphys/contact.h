@@ -1,9 +1,11 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "genphys/error_correction.h"
 #include "genphys/ids.h"
+#include "genphys/limits.h"
 #include "genphys/material.h"
 #include "genphys/math.h"
 
@@ -52,6 +54,12 @@ struct ContactBuffer {
     pairs.clear();
     points.clear();
   }
+};
+
+/// How many pairs of geometries may be near each other, and at how many points they may touch: memory grows with them.
+struct ContactBudget {
+  size_t pairs = Limits::kNearPairsMax;
+  size_t points = Limits::kContactPointsMax;
 };
 
 /// Pairs with a wider gap (m) have no contact point, on any engine.

@@ -43,7 +43,7 @@ struct Limits {
   static constexpr unsigned kHeightfieldSideMax = 1024;
   static constexpr unsigned kJointsMax = 1'000'000;
   static constexpr unsigned kEntitiesMax = 1'000'000;
-  /// Of geometries near each other, and of points at which they touch: memory grows with them, whoever asks for it.
+  /// Of geometries near each other, and of points at which they touch, when a step begins: memory grows with them.
   static constexpr unsigned kNearPairsMax = 1'000'000;
   static constexpr unsigned kContactPointsMax = 1'000'000;
   /// Hits or overlaps that one query tells.

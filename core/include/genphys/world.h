@@ -24,6 +24,7 @@
 namespace genphys {
 
 class JointStep;
+class StepUndo;
 
 /// Where a step's work went: EXPLAIN for physics. Of the last Step().
 struct StepStats {
@@ -56,8 +57,9 @@ class World {
   /// it has to tell comes in canonical order too, after what earlier batches at the same boundary had to.
   Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
 
-  /// Advances by one step of `step_size` seconds (unset: the stepper's). DIVERGED faults the world: it can be read and
-  /// reset, not stepped.
+  /// Advances by one step of `step_size` seconds (unset: the stepper's). BUDGET_EXCEEDED undoes the step, and the world
+  /// can be used as before; its hash is the one before unless the message says that the engine began anew. DIVERGED
+  /// undoes it and faults the world: it can be read and reset, not stepped.
   Status Step(std::optional<double> step_size = std::nullopt);
 
   /// Whether steps do nothing but go on in time until somebody commands something.
@@ -126,6 +128,9 @@ class World {
   /// Hash of description, columns, layer state and the engine's private state: equal hashes, equal futures.
   uint64_t StateHash() const;
 
+  /// With how much a step may begin; within it there may be a quarter more. Only tests have a reason to set it.
+  void set_budget(const ContactBudget& budget) { budget_ = budget; }
+
   /// Steps fill `stats` only while this is on.
   void set_record_stats(bool on) { record_stats_ = on; }
   const StepStats& stats() const { return stats_; }
@@ -133,6 +138,7 @@ class World {
  private:
   friend class CommandValidator;  // reads the registry
   friend class StepRun;           // one step, as long as it runs
+  friend class StepUndo;          // takes it back
 
   World(const BackendRegistry& registry, const WorldDesc& desc);
 
@@ -191,6 +197,7 @@ class World {
 
   // Engine and activity (world.cc).
   void RebuildEngine();
+  std::vector<EntityRow> RowsOfBodies() const;
   void AddToEngine(EntityRow row);
   void TellPose(EntityRow row);
   bool ShouldBeActive(EntityRow row) const;
@@ -205,6 +212,7 @@ class World {
   void Record(EventKind kind);
   void FinishEvents(size_t first);
   Status Diverged(std::string_view why);
+  Status OverBudget(std::string_view why, bool is_engine_new) const;
 
   // Queries (world_queries.cc).
   Status CheckQuery(Feature feature) const;
@@ -259,6 +267,8 @@ class World {
   JointIndex joint_index_;
   std::unique_ptr<JointStep> joint_step_;
   struct Initial;
+  ContactBudget budget_;
+  StepUndo* undo_ = nullptr;  // of the step under way
   std::unique_ptr<StepScratch> scratch_;
   std::unique_ptr<Initial> initial_;  // as of the first step
 };

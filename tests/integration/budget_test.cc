@@ -1,0 +1,60 @@
+// A step that takes too much, as a client meets it: told by name, undone, and nothing to be afraid of.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "conformance/engine_test.h"
+#include "genphys/limits.h"
+#include "integration/live_server.h"
+
+namespace genphys::testing {
+namespace {
+
+class BudgetOverTheWire : public EngineTest {};
+
+INSTANTIATE_TEST_SUITE_P(Engines, BudgetOverTheWire, ::testing::ValuesIn(EnginesWithContacts()), EngineName);
+
+// Sensors and as many bodies that ignore each other, which fly to one place: nothing bounces off on the way, but each
+// body is near every sensor there.
+std::vector<Command> Swarm() {
+  const auto needed = static_cast<int>(2 * std::sqrt(1.25 * Limits::kNearPairsMax)) + 4;
+  std::vector<Command> commands{SetGravity{Vector3::Zero()}};
+  for (int i = 0; i < needed; ++i) {
+    EntityDesc ghost = Ball({3 + 1.5 * i, 0, 5}, 0.5);
+    Geometry& geometry = ghost.rigid_body->geometries[0];
+    geometry.is_sensor = i % 2 == 0;
+    if (!geometry.is_sensor) geometry.collision_space = "swarm";
+    ghost.rigid_body->inertia.mass = 1;
+    ghost.rigid_body->inertia.tensor = Matrix3::Identity();
+    ghost.rigid_body->linear_velocity = {-0.5 * ghost.pose.position.x(), 0, 0};
+    commands.push_back(CreateEntity{ghost});
+  }
+  return commands;
+}
+
+TEST_P(BudgetOverTheWire, AStepOverItIsRefusedByNameAndTheWorldGoesOn) {
+  const LiveServer live;
+  client::Server server = live.Connect();
+  client::World world = Value(server.CreateWorld(WorldOn(GetParam())));
+  const std::vector<CreatedId> ids = Value(world.Apply(Swarm()));
+
+  const Status status = world.Step(200).status();
+
+  const uint64_t step = Value(world.Info()).stamp.step;
+  ASSERT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_EQ(RefusalOf(status).value_or(Refusal{}).reason, Reason::kBudgetExceeded);
+  EXPECT_NE(MessageOf(status).find("pairs of geometries are near each other"), std::string::npos) << status;
+  EXPECT_NE(MessageOf(status).find(std::to_string(step) + " of 200 steps"), std::string::npos) << status;
+  EXPECT_GT(step, 0u);
+  EXPECT_EQ(Value(world.Info()).state, client::WorldInfo::State::kPaused);
+
+  std::vector<Command> removal;
+  for (size_t i = 100; i < ids.size(); ++i) removal.push_back(DeleteEntity{ids[i]});
+  MustBeOk(world.Apply(removal).status());
+  EXPECT_EQ(Value(world.Step(10)).stamp.step, step + 10);
+}
+
+}  // namespace
+}  // namespace genphys::testing
