@@ -36,23 +36,14 @@ Status CheckWrench(const Vector3& force, const Vector3& torque, const std::optio
   return point ? CheckVector(*point, Limits::kPositionMax, "point") : absl::OkStatus();
 }
 
-// Finds the scalar of a column that is to blame; only called once a column is known to hold one.
-Status BlameColumn(const std::vector<Vector3>& column, std::string_view name) {
-  for (size_t i = 0; i < column.size(); ++i) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      GENPHYS_RETURN_IF_ERROR(CheckNumber(column[i][static_cast<Eigen::Index>(axis)], -Limits::kForceMax,
-                                          Limits::kForceMax, Cat(name, "[", 3 * i + axis, "]")));
-    }
-  }
-  return absl::OkStatus();
-}
-
 Status CheckColumn(const std::vector<Vector3>& column, std::string_view name) {
-  for (const Vector3& value : column) {
-    // One comparison per scalar that is false for NaN as well.
-    const bool good = std::abs(value.x()) <= Limits::kForceMax && std::abs(value.y()) <= Limits::kForceMax &&
-                      std::abs(value.z()) <= Limits::kForceMax;
-    if (!good) return BlameColumn(column, name);
+  for (size_t i = 0; i < column.size(); ++i) {
+    // One comparison per scalar that is false for NaN as well; what a row is called is only worth its time if it is
+    // bad.
+    const Vector3& row = column[i];
+    const bool good = std::abs(row.x()) <= Limits::kForceMax && std::abs(row.y()) <= Limits::kForceMax &&
+                      std::abs(row.z()) <= Limits::kForceMax;
+    if (!good) return CheckVector(row, Limits::kForceMax, Cat(name, "[", i, "]"));
   }
   return absl::OkStatus();
 }

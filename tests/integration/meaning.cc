@@ -78,7 +78,7 @@ const std::vector<Known> kImpossible{
     {R"([A-Za-z]+Request\.(shape\.triangle_mesh)\..*)", kAny, Reason::kInvalidValue, "$1.indices"},
     {R"([A-Za-z]+Request\.(shape\.heightfield)\..*)", kAny, Reason::kInvalidValue, "$1.heights"},
     // What a column is lengthened by is zeros, which turn nothing and name nobody. A length of 1.001 is accepted.
-    {R"((?:CastShape|FindOverlaps|FindClosest)Request\.orientations\[0\])", "at min|at max", Reason::kNotUnitLength,
+    {R"((?:CastShape|FindOverlaps|FindClosest)Request\.orientations\[0\]\.w)", "at min|at max", Reason::kNotUnitLength,
      "orientations[1]"},
     {R"((?:CastShape|FindOverlaps|FindClosest)Request\.(?:positions|orientations|translations).*)", "(?!empty).*",
      Reason::kNotUnitLength, "orientations[0]"},

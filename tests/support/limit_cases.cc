@@ -262,12 +262,18 @@ class Generator {
     if (limit.column().scalar() != v1::SCALAR_FIXED64) ProbeScalars(field, limit, emit);
   }
 
+  // As a refusal names a scalar: by its row, and by its component where a row has several.
+  static std::string PlaceInColumn(const v1::Column& column, size_t index) {
+    const std::string row = "[" + std::to_string(index / column.width()) + "]";
+    const std::string components = column.width() == 1 ? "" : column.width() == 3 ? "xyz" : "wxyz";
+    return components.empty() ? row : row + "." + components[index % column.width()];
+  }
+
   template <typename EmitColumn>
   static void ProbeScalars(const FieldDescriptor* field, const v1::Limit& limit, const EmitColumn& emit) {
     const auto probe = [&](const std::string& name, double value, std::optional<Reason> reason) {
       for (const size_t index : {size_t{0}, kColumnRows * limit.column().width() - 1}) {
-        const std::string at = "[" + std::to_string(index) + "]";
-        emit(name, field->name() + at, reason,
+        emit(name, field->name() + PlaceInColumn(limit.column(), index), reason,
              [&](std::string& bytes) { SetScalar(bytes, limit.column(), index, value); });
       }
     };

@@ -135,15 +135,39 @@ TEST(ValidateLimits, RefusesACommandKindOfALaterVersion) {
   EXPECT_EQ(Verdict(request), "MISSING_FIELD commands[0].kind");
 }
 
-TEST(ValidateLimits, CountsTheScalarsOfAColumn) {
+TEST(ValidateLimits, NamesTheRowAndTheComponentOfAColumn) {
   v1::StepRequest request = Request();
   v1::ApplyForceColumns& columns = *request.add_commands()->mutable_apply_forces();
   columns.set_entity_ids(std::string(5 * 8, '\1'));
   std::vector<double> forces(15, 1.0);
-  forces[12] = kNan;
+  forces[13] = kNan;
   columns.set_forces(Bytes(forces));
+  EXPECT_EQ(Verdict(request), "NOT_FINITE commands[0].apply_forces.forces[4].y");
+  forces[13] = 1;
+  columns.set_forces(Bytes(forces));
+  EXPECT_EQ(Verdict(request), "accepted");
+}
 
-  EXPECT_EQ(Verdict(request), "NOT_FINITE commands[0].apply_forces.forces[12]");
+TEST(ValidateLimits, NamesTheComponentOfAnOrientationInAColumn) {
+  v1::FindOverlapsRequest request;
+  request.set_world("worlds/a");
+  request.mutable_shape()->mutable_sphere();
+  request.set_positions(Bytes({0, 0, 0, 1, 1, 1}));
+  request.set_orientations(Bytes({1, 0, 0, 0, 1.5, 0, 0, 0}));
+  EXPECT_EQ(Verdict(request), "OUT_OF_RANGE orientations[1].w");
+  request.set_orientations(Bytes({1, 0, 0, 0, 1, 0, 0, kNan}));
+  EXPECT_EQ(Verdict(request), "NOT_FINITE orientations[1].z");
+  request.set_orientations(Bytes({1, 0, 0, 0, 1, 0, 0, 0}));
+  EXPECT_EQ(Verdict(request), "accepted");
+}
+
+TEST(ValidateLimits, NamesTheRowAloneOfAColumnOfOneScalar) {
+  v1::StepRequest request = Request();
+  v1::SetMotorColumns& motors = *request.add_commands()->mutable_set_motors();
+  motors.set_joint_ids(std::string(2 * 8, '\1'));
+  motors.set_targets(Bytes({1, kNan}));
+
+  EXPECT_EQ(Verdict(request), "NOT_FINITE commands[0].set_motors.targets[1]");
 }
 
 TEST(ValidateLimits, AcceptsAColumnOfTorquesWithoutForces) {

@@ -103,10 +103,10 @@ TEST(Commands, NameTheFieldDeepInsideAnEntity) {
                 "commands[0].create_entity.entity.rigid_body.geometries[0].shape.plane");
 }
 
-TEST(Commands, OfColumnsNameTheScalar) {
+TEST(Commands, OfColumnsNameTheRowAndTheComponent) {
   Scene scene;
   ApplyForceColumns columns{.ids = {scene.ball, scene.ball}, .forces = {{1, 2, 3}, {4, 5, kNan}}, .torques = {}};
-  ExpectRefused(*scene.world, {columns}, Reason::kNotFinite, "commands[0].apply_forces.forces[5]");
+  ExpectRefused(*scene.world, {columns}, Reason::kNotFinite, "commands[0].apply_forces.forces[1].z");
 
   columns.forces.pop_back();
   ExpectRefused(*scene.world, {columns}, Reason::kInvalidValue, "commands[0].apply_forces.forces");

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -26,6 +27,7 @@ struct Place {
   const Place* holder = nullptr;
   const FieldDescriptor* field = nullptr;
   int64_t index = -1;
+  std::string_view component;  // of that element
 };
 
 // A message under examination. Its reflection is looked up once, for asking costs as much as reading a field.
@@ -40,6 +42,7 @@ std::string PathOf(const Place& place) {
   for (const Place* p = &place; p != nullptr && p->field != nullptr; p = p->holder) {
     std::string step = p->field->name();
     if (p->index >= 0) absl::StrAppend(&step, "[", p->index, "]");
+    if (!p->component.empty()) step.append(".").append(p->component);
     path = path.empty() ? step : absl::StrCat(step, ".", path);
   }
   return path;
@@ -93,13 +96,23 @@ int64_t FirstOutside(std::string_view bytes, double min, double max) {
   }
 }
 
+// How the scalars of a row are called, as in the messages that have one field for each.
+std::string_view ComponentName(const v1::Column& column, size_t component) {
+  constexpr std::string_view kQuaternion[] = {"w", "x", "y", "z"}, kVector[] = {"x", "y", "z"};
+  if (column.width() == std::size(kVector)) return kVector[component];
+  return column.width() == std::size(kQuaternion) ? kQuaternion[component] : std::string_view();
+}
+
 template <typename Scalar>
 Status CheckScalars(const FieldRules& rules, const Place& place, std::string_view bytes) {
   const int64_t outside = FirstOutside<Scalar>(bytes, rules.min, rules.max);
   if (outside < 0) return {};
   Scalar scalar;
   std::memcpy(&scalar, bytes.data() + static_cast<size_t>(outside) * sizeof(Scalar), sizeof(Scalar));
-  return CheckNumber(rules, Place{place.holder, place.field, outside}, static_cast<double>(scalar));
+  const v1::Column& column = rules.limit->column();
+  const int64_t width = column.width();
+  const std::string_view component = ComponentName(column, static_cast<size_t>(outside % width));
+  return CheckNumber(rules, Place{place.holder, place.field, outside / width, component}, static_cast<double>(scalar));
 }
 
 size_t BytesPerRow(const v1::Column& column) {

@@ -22,7 +22,7 @@ def test_a_number_that_is_none_is_refused_with_its_path(world):
         batch.apply_forces([ball, ball], [(0, 0, 0), (0, math.inf, 0)])
     with pytest.raises(genphys.NotFiniteError) as caught:
         world.step()
-    assert caught.value.field == "commands[1].apply_forces.forces[4]"
+    assert caught.value.field == "commands[1].apply_forces.forces[1].y"
 
 
 def test_values_beyond_their_limits_are_refused_and_their_neighbours_taken(world):
