@@ -29,13 +29,22 @@ Status CheckCount(size_t results, std::string_view field) {
                 Cat("there are more than ", Limits::kQueryResultsMax, " results: ask in smaller parts"));
 }
 
+// Asking takes about as long as one ray.
+constexpr size_t kRaysBetweenChecks = 100;
+constexpr size_t kShapesBetweenChecks = 10;
+
 Placement PlacementOf(const Pose& pose) { return ToPlacement({pose.position, pose.orientation.normalized()}); }
 
 }  // namespace
 
 Status World::CheckQuery(Feature feature) const {
-  if (engine_ != nullptr && backend_->capabilities().Has(feature)) return absl::OkStatus();
+  if (near_ != nullptr && backend_->capabilities().Has(feature)) return absl::OkStatus();
   return UnsupportedFeature(feature, scene_.world.engine, "");
+}
+
+// After `done` of what a query asks for, of which `every` so many are done without a look.
+Status World::CheckGoOn(size_t done, size_t every) const {
+  return query_check_ && done % every == 0 ? query_check_() : absl::OkStatus();
 }
 
 Status World::CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const {
@@ -71,8 +80,10 @@ Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t 
   GENPHYS_RETURN_IF_ERROR(CheckQuery(Feature::kRayCasts));
   GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
   std::vector<RayHit> hits(rays.size());
-  std::transform(rays.begin(), rays.end(), hits.begin(),
-                 [&](const Ray& ray) { return CastRay(ray, collides_with_bits); });
+  for (size_t i = 0; i < rays.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kRaysBetweenChecks));
+    hits[i] = CastRay(rays[i], collides_with_bits);
+  }
   return hits;
 }
 
@@ -101,6 +112,7 @@ Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<cons
   const double whole = 1;
   size_t count = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kRaysBetweenChecks));
     near_->VisitRay(rays[i], whole, [&](GeometryRow row) {
       if (!rule_.SeenByRay(row, collides_with_bits)) return;
       const auto [geometry, placement] = Placed(row);
@@ -127,6 +139,7 @@ Result<std::vector<ShapeCastHit>> World::CastShape(const Shape& shape, std::span
   std::vector<ShapeCastHit> hits(poses.size());
   for (size_t i = 0; i < poses.size(); ++i) {
     GENPHYS_RETURN_IF_ERROR(CheckVector(translations[i], Limits::kRayLengthMax, Cat("translations[", i, "]")));
+    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
     const Placement placement = PlacementOf(poses[i]);
     const Bounds start = BoundsOf(shape, placement);
     const Bounds end{start.min + translations[i], start.max + translations[i]};
@@ -147,6 +160,7 @@ Result<std::vector<std::vector<GeometryId>>> World::FindOverlaps(const Shape& sh
   Manifold manifold;
   size_t count = 0;
   for (size_t i = 0; i < poses.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
     const Placement placement = PlacementOf(poses[i]);
     for (const GeometryRow row : RowsIn(BoundsOf(shape, placement), collides_with_bits)) {
       const auto [geometry, there] = Placed(row);
@@ -165,6 +179,7 @@ Result<std::vector<ClosestPoints>> World::FindClosest(const Shape& shape, std::s
   GENPHYS_RETURN_IF_ERROR(CheckNumber(distance_max, 0, Limits::kRayLengthMax, "distance_max"));
   std::vector<ClosestPoints> closest(poses.size());
   for (size_t i = 0; i < poses.size(); ++i) {
+    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
     const Placement placement = PlacementOf(poses[i]);
     double within = distance_max;
     for (const GeometryRow row : RowsIn(BoundsOf(shape, placement).Widened(distance_max), collides_with_bits)) {
@@ -187,6 +202,7 @@ Result<std::vector<ClosestPoints>> World::MeasureDistances(std::span<const Entit
   for (size_t i = 0; i < from.size(); ++i) {
     GENPHYS_RETURN_IF_ERROR(CheckId(from[i], Cat("from_ids[", i, "]")));
     GENPHYS_RETURN_IF_ERROR(CheckId(to[i], Cat("to_ids[", i, "]")));
+    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
     for (const GeometryRow row : geometry_rows_[from[i].index()]) {
       const auto [geometry, placement] = Placed(row);
       for (const GeometryRow other_row : geometry_rows_[to[i].index()]) {

@@ -1,5 +1,6 @@
 // What questions are answered, whatever the engine.
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "engine_test.h"
@@ -49,6 +50,34 @@ TEST_P(Queries, TellNoMoreThanFitsIntoMemory) {
   const Refusal refusal = WhyNot(world->CastRaysThrough(more).status());
   EXPECT_EQ(refusal.reason, Reason::kLimitExceeded);
   EXPECT_EQ(refusal.field, "origins");
+}
+
+TEST_P(Queries, EndWhenNobodyWantsTheAnswerAnyMore) {
+  Proves({Claim::kRayCasts, Claim::kRaysThrough, Claim::kShapeCast, Claim::kOverlap, Claim::kClosestPoints});
+  const auto world = MakeWorld();
+  const EntityId ball = Add(*world, Still(Sphere{0.5}, {0, 0, 5}));
+  const size_t count = 1000;
+  const std::vector<Ray> rays(count, Ray{{0, 0, 10}, {0, 0, -9}});
+  const std::vector<Pose> poses = At(std::vector<Vector3>(count, Vector3(0, 0, 7)));
+  const std::vector<Vector3> ways(count, Vector3(0, 0, -1));
+  const std::vector<EntityId> ids(count, ball);
+  const Shape shape = Sphere{0.5};
+  const std::vector<std::function<Status()>> queries{[&] { return world->CastRays(rays).status(); },
+                                                     [&] { return world->CastRaysThrough(rays).status(); },
+                                                     [&] { return world->CastShape(shape, poses, ways).status(); },
+                                                     [&] { return world->FindOverlaps(shape, poses).status(); },
+                                                     [&] { return world->FindClosest(shape, poses, 1).status(); },
+                                                     [&] { return world->MeasureDistances(ids, ids).status(); }};
+  for (size_t i = 0; i < queries.size(); ++i) {
+    EndAtRefusal(queries[i]());
+    EXPECT_TRUE(queries[i]().ok()) << i;
+    int asked = 0;
+    world->set_query_check([&] { return ++asked == 4 ? absl::CancelledError("enough") : absl::OkStatus(); });
+    EXPECT_EQ(queries[i]().code(), absl::StatusCode::kCancelled) << i;
+    EXPECT_EQ(asked, 4) << i;
+    world->set_query_check({});
+    EXPECT_TRUE(queries[i]().ok()) << i;
+  }
 }
 
 TEST_P(Queries, ARayTellsOfAllThatItPassesInOrder) {

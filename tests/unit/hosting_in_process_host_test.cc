@@ -3,11 +3,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstring>
+#include <functional>
 #include <future>
 #include <memory>
 #include <new>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "genphys/backend.h"
 #include "genphys/hosting/in_process_host.h"
@@ -44,7 +47,7 @@ class FlakyWorld final : public BackendWorld {
 class FlakyBackend final : public Backend {
  public:
   FlakyBackend(const std::string& name, const std::atomic<Failure>& failure)
-      : failure_(failure), capabilities_(name, "1", {Feature::kShapeSphere, Feature::kContacts}) {}
+      : failure_(failure), capabilities_(name, "1", {Feature::kShapeSphere, Feature::kContacts, Feature::kRayCasts}) {}
   const Capabilities& capabilities() const override { return capabilities_; }
   StepperSettings Resolve(const StepperDesc&) const override { return {}; }
   std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings&) const override {
@@ -83,6 +86,18 @@ class Bench {
     auto future = promise->get_future();
     if (future.wait_for(kPatience) != std::future_status::ready) return absl::DeadlineExceededError("no reply came");
     return future.get();
+  }
+  // So many rays down the middle of the ball.
+  static v1::CastRaysRequest Rays(size_t count) {
+    v1::CastRaysRequest request;
+    request.set_world("worlds/any");
+    for (size_t i = 0; i < count; ++i) {
+      for (const auto& [vector, column] : {std::pair(Vector3(0, 0, 5), request.mutable_origins()),
+                                           {Vector3(0, 0, -10), request.mutable_translations()}}) {
+        column->append(reinterpret_cast<const char*>(vector.data()), 3 * sizeof(double));
+      }
+    }
+    return request;
   }
   static Status Step(WorldHost& host) {
     v1::StepRequest request;
@@ -156,6 +171,28 @@ TEST_P(FailingEngine, FaultsItsWorldWhichCanStillBeReadAndReset) {
   EXPECT_TRUE(Bench::Step(*host).ok());
 }
 
+// What a step undid is known in full; what an exception left half way is not.
+TEST_P(FailingEngine, LeavesAWorldThatRaysFindAsItWas) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  bench.failure = GetParam();
+  EXPECT_FALSE(Bench::Step(*host).ok());
+
+  const Result<EncodedMessage> reply = Bench::Ask(*host, WorldMethod::kCastRays, Bench::Rays(1));
+
+  if (GetParam() == Failure::kNoMemory) {
+    EXPECT_EQ(RefusalOf(reply.status()).value_or(Refusal{}).reason, Reason::kWorldFaulted) << reply.status();
+    return;
+  }
+  ASSERT_TRUE(reply.ok()) << reply.status();
+  v1::CastRaysResponse response;
+  ASSERT_TRUE(response.ParseFromString(Joined(*reply)));
+  double fraction = 0;
+  ASSERT_EQ(response.fractions().size(), sizeof fraction);
+  std::memcpy(&fraction, response.fractions().data(), sizeof fraction);
+  EXPECT_NEAR(fraction, 0.4, 1e-12);
+}
+
 TEST_P(FailingEngine, StopsAWorldThatPlays) {
   Bench bench;
   const auto host = bench.MakeWorldWithBall("worlds/a");
@@ -184,6 +221,38 @@ TEST_P(FailingEngine, DoesNotDisturbOtherWorlds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(InEveryWay, FailingEngine, ::testing::Values(Failure::kFault, Failure::kNoMemory));
+
+// The code with which a query ends that asks whether it is still wanted.
+absl::StatusCode EndOfQuery(std::chrono::steady_clock::time_point deadline, std::function<bool()> is_cancelled) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a", "steady");
+  auto promise = std::make_shared<std::promise<absl::StatusCode>>();
+  host->Handle({.method = WorldMethod::kCastRays,
+                .request = EncodeReply(Bench::Rays(1000)),
+                .deadline = deadline,
+                .is_cancelled = std::move(is_cancelled)},
+               [promise](const Result<EncodedMessage>& reply) { promise->set_value(reply.status().code()); });
+  return promise->get_future().get();
+}
+
+TEST(InProcessHost, EndsAQueryWhoseCallerIsGone) {
+  std::atomic<int> asked = 0;
+  const auto never = std::chrono::steady_clock::time_point::max();
+  EXPECT_EQ(EndOfQuery(never, [&] { return ++asked == 5; }), absl::StatusCode::kCancelled);
+  EXPECT_EQ(asked, 5);
+  EXPECT_EQ(EndOfQuery(never, [&] { return false; }), absl::StatusCode::kOk);
+}
+
+TEST(InProcessHost, EndsAQueryAtItsDeadline) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+  std::atomic<int> asked = 0;
+  const auto delay = [&] {
+    if (++asked == 5) std::this_thread::sleep_until(deadline);
+    return false;
+  };
+  EXPECT_EQ(EndOfQuery(deadline, delay), absl::StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(asked, 5);
+}
 
 TEST(InProcessHost, AnswersWhatWaitsForADeletedWorld) {
   Bench bench;

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -94,6 +95,9 @@ class World {
   Status CheckId(EntityId id, std::string_view field) const;
   /// The same of a joint.
   Status CheckId(JointId id, std::string_view field) const;
+
+  /// Long queries ask `check` now and then, and end with what it says unless that is OK. Unset: they never end early.
+  void set_query_check(std::function<Status()> check) { query_check_ = std::move(check); }
 
   /// Closest hits of `rays` among geometries in `collides_with_bits`. UNSUPPORTED_FEATURE without an engine that can.
   Result<std::vector<RayHit>> CastRays(std::span<const Ray> rays, uint64_t collides_with_bits = ~uint64_t{0});
@@ -216,6 +220,7 @@ class World {
 
   // Queries (world_queries.cc).
   Status CheckQuery(Feature feature) const;
+  Status CheckGoOn(size_t done, size_t every) const;
   Status CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const;
   std::vector<GeometryRow> RowsIn(const Bounds& bounds, uint64_t collides_with_bits);
   std::pair<const Geometry*, Placement> Placed(GeometryRow row) const;
@@ -266,6 +271,7 @@ class World {
   std::vector<Event> events_;
   JointIndex joint_index_;
   std::unique_ptr<JointStep> joint_step_;
+  std::function<Status()> query_check_;
   struct Initial;
   ContactBudget budget_;
   StepUndo* undo_ = nullptr;  // of the step under way

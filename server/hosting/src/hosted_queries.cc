@@ -15,7 +15,7 @@ constexpr double kDistanceMax = 100;
 }  // namespace
 
 Result<v1::CastRaysResponse> HostedWorld::CastRays(const v1::CastRaysRequest& request) {
-  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  GENPHYS_RETURN_IF_ERROR(CheckReadable());
   const Result<std::vector<Ray>> rays = DecodeRays(request);
   if (!rays.ok()) return rays.status();
   v1::CastRaysResponse response;
@@ -33,7 +33,7 @@ Result<v1::CastRaysResponse> HostedWorld::CastRays(const v1::CastRaysRequest& re
 }
 
 Result<v1::CastShapeResponse> HostedWorld::CastShape(const v1::CastShapeRequest& request) {
-  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  GENPHYS_RETURN_IF_ERROR(CheckReadable());
   const Result<PosedShape> query = DecodePosedShape(request);
   if (!query.ok()) return query.status();
   const auto hits = world_->CastShape(query->shape, query->poses, DecodeTranslations(request), BitsOf(request));
@@ -45,7 +45,7 @@ Result<v1::CastShapeResponse> HostedWorld::CastShape(const v1::CastShapeRequest&
 }
 
 Result<v1::FindOverlapsResponse> HostedWorld::FindOverlaps(const v1::FindOverlapsRequest& request) {
-  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  GENPHYS_RETURN_IF_ERROR(CheckReadable());
   const Result<PosedShape> query = DecodePosedShape(request);
   if (!query.ok()) return query.status();
   const auto overlaps = world_->FindOverlaps(query->shape, query->poses, BitsOf(request));
@@ -57,7 +57,7 @@ Result<v1::FindOverlapsResponse> HostedWorld::FindOverlaps(const v1::FindOverlap
 }
 
 Result<v1::FindClosestResponse> HostedWorld::FindClosest(const v1::FindClosestRequest& request) {
-  GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  GENPHYS_RETURN_IF_ERROR(CheckReadable());
   const Result<PosedShape> query = DecodePosedShape(request);
   if (!query.ok()) return query.status();
   const double distance_max = request.has_distance_max() ? request.distance_max() : kDistanceMax;

@@ -123,6 +123,14 @@ Status HostedWorld::CheckUsable() const {
   return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read, reset and deleted");
 }
 
+// What a world undid by itself it knows in full; an exception may have left it half way.
+Status HostedWorld::CheckReadable() const {
+  if (!broken_) return absl::OkStatus();
+  return Refuse(Reason::kWorldFaulted, "",
+                "the world failed in the middle of a change, so that rays and shapes cannot be trusted to find what is "
+                "there: it can be read, reset and deleted");
+}
+
 Status HostedWorld::CheckSteppable() const {
   GENPHYS_RETURN_IF_ERROR(CheckUsable());
   if (!pace_) return absl::OkStatus();

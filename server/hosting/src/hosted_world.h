@@ -87,6 +87,8 @@ class HostedWorld {
   bool faulted() const { return broken_ || world_->faulted(); }
   v1::World::State state() const;
   Status CheckUsable() const;
+  // Whether it can be said where its geometries are.
+  Status CheckReadable() const;
   // After which id a page begins.
   Result<uint64_t> PlaceIn(const std::string& page_token) const;
   // One command; its refusals are told by paths that begin with `outer` in place of `inner`.

@@ -105,8 +105,23 @@ Result<EncodedMessage> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
   return absl::InternalError("no handler for this method");
 }
 
+// For as long as it lives, a query of the world ends when nobody waits for it any more.
+class QueryCheck {
+ public:
+  QueryCheck(World& world, const WorldCall& call) : world_(world) {
+    world_.set_query_check([&call] { return call.CheckWanted(); });
+  }
+  ~QueryCheck() { world_.set_query_check({}); }
+  QueryCheck(const QueryCheck&) = delete;
+  QueryCheck& operator=(const QueryCheck&) = delete;
+
+ private:
+  World& world_;
+};
+
 Result<EncodedMessage> AnswerShort(HostedWorld& hosted, const WorldCall& call) {
   if (!ChangesNothing(call.method)) return AnswerAny(hosted, call);
+  const QueryCheck check(hosted.world(), call);
   try {
     return AnswerAny(hosted, call);
   } catch (const std::bad_alloc&) {
