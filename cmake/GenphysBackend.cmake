@@ -67,7 +67,7 @@ function(genphys_add_builtin_backends)
   endforeach()
 
   set(generated "${CMAKE_CURRENT_BINARY_DIR}/builtin_backends.cc")
-  configure_file("${CMAKE_SOURCE_DIR}/cmake/builtin_backends.cc.in" "${generated}" @ONLY)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/builtin_backends.cc.in" "${generated}" @ONLY)
   add_library(genphys_backends STATIC "${generated}")
   add_library(genphys::backends ALIAS genphys_backends)
   target_include_directories(genphys_backends PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/include")

@@ -39,8 +39,8 @@ find_program(GENPHYS_CCACHE ccache)
 if(GENPHYS_CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
   # Paths relative to the tree and no working directory in the key: presets and clones share one cache. It asks to be
   # told that a precompiled header is known by its content.
-  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${CMAKE_SOURCE_DIR}" CCACHE_NOHASHDIR=1
-    CCACHE_SLOPPINESS=pch_defines,time_macros "${CMAKE_SOURCE_DIR}/cmake/ccache_launcher" "${GENPHYS_CCACHE}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" CCACHE_NOHASHDIR=1
+    CCACHE_SLOPPINESS=pch_defines,time_macros "${PROJECT_SOURCE_DIR}/cmake/ccache_launcher" "${GENPHYS_CCACHE}")
 endif()
 
 # genphys_precompile(<target> <header>...): parses what every source of the target reads once instead of once for each.
