@@ -42,6 +42,20 @@ TEST(WireError, KeepsCodesThatAreNoRefusalOfOursInAStream) {
 // Zero is no refusal of ours, so it is not restored as one.
 INSTANTIATE_TEST_SUITE_P(WireError, EveryReason, testing::Range(1, static_cast<int>(v1::ErrorReason_ARRAYSIZE)));
 
+TEST(WireError, TellsHowFarStepsCame) {
+  for (const Status& status : {Status(absl::DeadlineExceededError("late")), Refuse(Reason::kDiverged, "", "why")}) {
+    const google::rpc::Status encoded = EncodeStatus(WithStepsDone(status, {7, 4'000'000'000'000}));
+
+    ASSERT_EQ(encoded.details_size(), 1);
+    google::rpc::ErrorInfo info;
+    ASSERT_TRUE(encoded.details(0).UnpackTo(&info));
+    EXPECT_EQ(info.metadata().at("steps_done"), "7");
+    EXPECT_EQ(info.metadata().at("step"), "4000000000000");
+    EXPECT_EQ(DecodeStatus(encoded).code(), status.code());
+  }
+  EXPECT_EQ(EncodeStatus(absl::DeadlineExceededError("late")).details_size(), 0);
+}
+
 TEST(WireError, BlamesTheFieldInTheStandardWay) {
   const google::rpc::Status status = EncodeStatus(Refuse(Reason::kOutOfRange, "entity.pose.position.x", "too far"));
 

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "absl/strings/cord.h"
+#include "absl/types/optional.h"
 #include "enums.h"
 #include "google/rpc/error_details.pb.h"
 
@@ -9,6 +11,10 @@ namespace genphys {
 namespace {
 
 constexpr char kFieldKey[] = "field";
+constexpr char kStepsDoneKey[] = "steps_done";
+constexpr char kStepKey[] = "step";
+// Both numbers of StepsDone as text, with a space between.
+constexpr char kStepsDoneUrl[] = "genphys/steps_done";
 
 Reason ReasonOf(std::string_view name) {
   v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
@@ -24,16 +30,27 @@ Reason DecodeReason(v1::ErrorReason reason) {
   return v1::ErrorReason_IsValid(reason) ? static_cast<Reason>(reason) : Reason::kUnspecified;
 }
 
+Status WithStepsDone(Status status, const StepsDone& steps) {
+  status.SetPayload(kStepsDoneUrl, absl::Cord(std::to_string(steps.done) + ' ' + std::to_string(steps.step)));
+  return status;
+}
+
 google::rpc::Status EncodeStatus(const Status& status) {
   google::rpc::Status encoded;
   encoded.set_code(static_cast<int>(status.code()));
   encoded.set_message(MessageOf(status));
   const std::optional<Refusal> refusal = RefusalOf(status);
-  if (!refusal) return encoded;
+  const absl::optional<absl::Cord> steps = status.GetPayload(kStepsDoneUrl);
+  if (!refusal && !steps) return encoded;
   google::rpc::ErrorInfo info;
-  info.set_reason(std::string(NameOf(refusal->reason)));
+  info.set_reason(std::string(NameOf(refusal.value_or(Refusal{}).reason)));
   info.set_domain(std::string(kErrorDomain));
-  if (!refusal->field.empty()) {
+  if (steps) {
+    const std::string text(*steps);
+    (*info.mutable_metadata())[kStepsDoneKey] = text.substr(0, text.find(' '));
+    (*info.mutable_metadata())[kStepKey] = text.substr(text.find(' ') + 1);
+  }
+  if (refusal && !refusal->field.empty()) {
     (*info.mutable_metadata())[kFieldKey] = refusal->field;
     google::rpc::BadRequest request;
     google::rpc::BadRequest::FieldViolation* violation = request.add_field_violations();

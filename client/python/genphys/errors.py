@@ -206,6 +206,8 @@ def from_rpc_error(error: Any) -> GenphysError:
         if kind == "google.rpc.ErrorInfo":
             info = message_class(kind).FromString(detail.value)
             reason, metadata = info.reason, dict(info.metadata)
+            if reason == "UNSPECIFIED":
+                reason = ""  # no refusal: only its metadata says something
         elif kind == "google.rpc.BadRequest":
             violations = message_class(kind).FromString(detail.value).field_violations
             field = violations[0].field if violations else ""

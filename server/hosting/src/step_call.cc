@@ -7,31 +7,45 @@
 #include "genphys/hosting/world_methods.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
+#include "genphys/wire/error.h"
 #include "genphys/wire/wire_format.h"
 
 namespace genphys {
 
-std::optional<Result<EncodedMessage>> StepCall::Advance(std::chrono::steady_clock::time_point slice_end) {
+std::optional<Result<EncodedMessage>> StepCall::Advance(Clock::time_point slice_end) {
   if (!begun_) {
     begun_ = true;
     if (const Status status = Begin(); !status.ok()) return status;
   }
   while (steps_done_ < steps_wanted_) {
-    if (const Status status = call_.CheckWanted(); !status.ok()) return Failed(status);
+    if (const Status status = CheckTime(); !status.ok()) return Failed(status);
     std::optional<double> step_size;
     if (request_.has_step_size_seconds()) step_size = request_.step_size_seconds();
+    const auto begin = Clock::now();
     const Status status = hosted_.Step(step_size);
     Collect(hosted_.Publish());
     if (!status.ok()) return Failed(status);
     has_effect_ = true;
     ++steps_done_;
-    if (steps_done_ < steps_wanted_ && std::chrono::steady_clock::now() >= slice_end) return std::nullopt;
+    const auto end = Clock::now();
+    last_step_ = end - begin;
+    if (steps_done_ < steps_wanted_ && end >= slice_end) return std::nullopt;
   }
   return Finish();
 }
 
+// A client that meets its deadline hears nothing of how far the call came, so this is told while there is time for it:
+// no step begins that would likely end too late.
+Status StepCall::CheckTime() const {
+  GENPHYS_RETURN_IF_ERROR(call_.CheckWanted());
+  if (steps_done_ == 0 || Clock::now() + last_step_ < call_.deadline - reply_time_) return {};
+  return absl::DeadlineExceededError("no other step would end before the deadline");
+}
+
 Status StepCall::Begin() {
   GENPHYS_RETURN_IF_ERROR(call_.CheckWanted());
+  const auto now = Clock::now();
+  if (call_.deadline > now) reply_time_ = std::min<Clock::duration>((call_.deadline - now) / 10, kReplyTimeMax);
   GENPHYS_RETURN_IF_ERROR(DecodeRequest(call_.request, &request_));
   call_.request = {};
   steps_wanted_ = request_.has_steps() ? request_.steps() : 1;
@@ -59,11 +73,13 @@ Status StepCall::Begin() {
 }
 
 Status StepCall::Failed(const Status& status) const {
-  std::string message = MessageOf(status) + "; of this call stay done: its commands and " +
-                        std::to_string(steps_done_) + " of " + std::to_string(steps_wanted_) +
-                        " steps, which led to step " + std::to_string(hosted_.world().layer_state().step);
-  if (const std::optional<Refusal> refusal = RefusalOf(status)) return Refuse(refusal->reason, refusal->field, message);
-  return Status(status.code(), message);
+  const StepsDone steps{steps_done_, hosted_.world().layer_state().step};
+  std::string message = MessageOf(status) + "; of this call stay done: its commands and " + std::to_string(steps.done) +
+                        " of " + std::to_string(steps_wanted_) + " steps, which led to step " +
+                        std::to_string(steps.step);
+  const std::optional<Refusal> refusal = RefusalOf(status);
+  return WithStepsDone(refusal ? Refuse(refusal->reason, refusal->field, message) : Status(status.code(), message),
+                       steps);
 }
 
 void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {

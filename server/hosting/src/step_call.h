@@ -17,11 +17,15 @@ class StepCall {
   /// Most bytes of events in a reply. Beyond it they end early, as last_sequence tells; WatchEvents has the rest.
   static constexpr size_t kEventBytesMax = 16 << 20;
 
+  /// What a reply may need to get to the client before its deadline, or a tenth of the time given if that is less.
+  static constexpr std::chrono::milliseconds kReplyTimeMax{50};
+  using Clock = std::chrono::steady_clock;
+
   StepCall(HostedWorld& hosted, WorldCall call) : hosted_(hosted), call_(std::move(call)) {}
 
   /// Goes on until the call is done or `slice_end` is reached, one step at least. The reply, once there is one. What
   /// was done before an error stays done, and the message of the error says how far that is.
-  std::optional<Result<EncodedMessage>> Advance(std::chrono::steady_clock::time_point slice_end);
+  std::optional<Result<EncodedMessage>> Advance(Clock::time_point slice_end);
 
   /// Whether it changed the world.
   bool has_effect() const { return has_effect_; }
@@ -29,6 +33,7 @@ class StepCall {
 
  private:
   Status Begin();
+  Status CheckTime() const;
   Status Failed(const Status& status) const;
   void Collect(std::shared_ptr<const EventChunk> chunk);
   EncodedMessage Finish();
@@ -44,6 +49,8 @@ class StepCall {
   bool has_effect_ = false;
   uint32_t steps_wanted_ = 0;
   uint32_t steps_done_ = 0;
+  Clock::duration reply_time_{0};
+  Clock::duration last_step_{0};  // that is done
   uint64_t first_sequence_ = 0;
   std::vector<std::shared_ptr<const EventChunk>> chunks_;
   size_t chunk_bytes_ = 0;

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <string_view>
 
 #include "genphys/status.h"
@@ -10,8 +11,18 @@ namespace genphys {
 /// The domain of every ErrorInfo that is ours.
 inline constexpr std::string_view kErrorDomain = "genphys";
 
-/// `status` as a client receives it in grpc-status-details-bin: code and message, and for a refusal one ErrorInfo
-/// (domain "genphys", metadata "field" when there is one) and, with a field to blame, a BadRequest.
+/// How far a call of several steps came before it failed.
+struct StepsDone {
+  uint32_t done = 0;  // of this call
+  uint64_t step = 0;  // of the world then
+};
+
+/// `status`, which is not OK, with that to tell.
+Status WithStepsDone(Status status, const StepsDone& steps);
+
+/// `status` as a client receives it in grpc-status-details-bin: code and message, and for a refusal and for what has
+/// StepsDone one ErrorInfo (domain "genphys", metadata "field", "steps_done" and "step" where there is one) and, with a
+/// field to blame, a BadRequest.
 google::rpc::Status EncodeStatus(const Status& status);
 
 /// The same status with its refusal restored. Details of other domains and unknown reasons are left out.
