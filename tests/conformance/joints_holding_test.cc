@@ -256,5 +256,29 @@ TEST_P(JointsHolding, JointsThatContradictEachOtherLeaveTheirWorldUsable) {
   }
 }
 
+// What they cannot do the engine has to live with, for what touches something is the engine's.
+TEST_P(JointsHolding, JointsThatContradictEachOtherLeaveTheirWorldUsableUnderWhatFallsOnThem) {
+  Proves({Claim::kJointHinge, Claim::kJointSlider});
+  Random random(2);
+  for (int i = 0; i < 100; ++i) {
+    const auto world = MakeSpace(GetParam());
+    Require(*world, Feature::kContacts);
+    const EntityId held = Add(*world, Body(Capsule{0.5, 0.5}, {0, 0, 1}));
+    const EntityId falling = Add(*world, Body(Box{{0.5, 0.5, 0.5}}, {0, 0, random.Uniform(3, 5)}));
+    JointDesc hinge = ToWorld(held, HingeJoint{});
+    hinge.frame_in_b = Pose{Vector3::Zero(), random.Turn()};
+    Join(*world, hinge);
+    SliderJoint slider;
+    slider.axis.limits = {.lower = random.Uniform(0, 2), .upper = random.Uniform(2, 3)};
+    Join(*world, ToWorld(held, slider));
+    for (int step = 0; step < 200; ++step) {
+      const Status status = world->Step();
+      ASSERT_TRUE(status.ok()) << "world " << i << ", step " << step << ": " << status;
+    }
+    EXPECT_LE(VelocityOf(*world, held).norm(), 5 * kGravity) << "world " << i;
+    EXPECT_LE(VelocityOf(*world, falling).norm(), 5 * kGravity) << "world " << i;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -70,6 +70,7 @@ class ContactSolver {
   ContactSolver& operator=(const ContactSolver&) = delete;
 
   void SetStepper(const StepperSettings& settings) { settings_ = settings; }
+  const StepperSettings& settings() const { return settings_; }
 
   /// Lets go of memory that is far more than what `count` bodies at a time and the solves since the last call need. For
   /// once a step: of its solves one may be of a thousand bodies and the next one of two.

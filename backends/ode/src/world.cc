@@ -28,6 +28,11 @@ constexpr double kPullMax = 0.02;
 constexpr double kResidualMax = 0.2;
 constexpr double kBriefResidualMax = 1e-6;
 
+bool IsFinite(const Motion& motion) {
+  return motion.position.allFinite() && motion.orientation.coeffs().allFinite() && motion.linear_velocity.allFinite() &&
+         motion.angular_velocity.allFinite();
+}
+
 // Before a solve too: ODE itself notices in the middle of one, and then its memory for the step is lost.
 void CheckFinite(const Motion& motion) {
   if (!motion.linear_velocity.allFinite() || !motion.angular_velocity.allFinite()) {
@@ -111,7 +116,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     }
   }
   warm_start_.Begin(step_size);
-  solver_.Trim(static_cast<uint32_t>(held_rows_.size()));
+  solver_->Trim(static_cast<uint32_t>(held_rows_.size()));
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
   Recognise(contacts);
@@ -144,7 +149,7 @@ void World::NotePush(const Vector3& point, EntityRow row, const StateArrays& sta
 void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts,
                           std::span<const JointRow> joint_rows) {
   pushes_.assign(islands_.islands().size(), {});
-  if (solver_.solver() == Solver::kIterative) return;
+  if (solver_->solver() == Solver::kIterative || has_failed_directly_) return;
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t number = islands_.IslandOf(pair.entity_a, pair.entity_b);
     if (pair.is_sensor || number == Islands::kNone || !IsDirectWanted(islands_.islands()[number])) continue;
@@ -160,7 +165,7 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
     const Islands::Island& island = islands_.islands()[i];
     const double spread = pushes_[i].easiest > 0 ? pushes_[i].easiest / pushes_[i].hardest : 1;
     pushes_[i].is_uneven = island.joint_rows == 0 && spread >= kUnevenSpread;
-    const bool is_easy = solver_.solver() == Solver::kAutomatic && island.joint_rows == 0 && !pushes_[i].is_uneven;
+    const bool is_easy = solver_->solver() == Solver::kAutomatic && island.joint_rows == 0 && !pushes_[i].is_uneven;
     const bool is_direct =
         IsDirectWanted(island) && !is_easy && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
     pushes_[i].way = is_direct ? Way::kDirect : Way::kCold;
@@ -170,7 +175,7 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
 // Stacks are what the direct solver is worst at, unless they are small and of very different weights; joints are what
 // it is best at.
 bool World::IsDirectWanted(const Islands::Island& island) const {
-  if (solver_.solver() == Solver::kDirect) return true;
+  if (solver_->solver() == Solver::kDirect) return true;
   const size_t rows = 3 * island.contacts + island.joint_rows;
   return rows <= (island.joint_rows > 0 ? kAutomaticRowsMax : kUnevenRowsMax);
 }
@@ -183,7 +188,7 @@ void World::Recognise(const ContactBuffer& contacts) {
     return pushes_[i].way != Way::kDirect && island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
   };
   for (uint32_t i = 0; i < pushes_.size(); ++i) {
-    if (may_be_warm(i)) pushes_[i].way = solver_.MayBeBrief() ? Way::kBrief : Way::kWarm;
+    if (may_be_warm(i)) pushes_[i].way = solver_->MayBeBrief() ? Way::kBrief : Way::kWarm;
   }
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
@@ -223,6 +228,24 @@ void World::Recall(const ContactBuffer& solved, double step_size) {
   warm_start_.End(solved.points);
 }
 
+// False if what came out means nothing. The exact solver goes on after an elimination that failed; of which island, it
+// does not say. Where joints contradict each other it ends in the middle, and so does all that it worked on.
+bool World::StepDirectly() {
+  const uint64_t complaints = Complaints();
+  try {
+    solver_->Step();
+  } catch (const EngineFault&) {
+    const StepperSettings settings = solver_->settings();
+    solver_.emplace(settings);
+    has_failed_directly_ = true;
+    return false;
+  }
+  for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
+    if (!IsFinite(solver_->motion(i))) return false;
+  }
+  return Complaints() == complaints;
+}
+
 // What was to be solved exactly is not stored, and solved by iterations.
 void World::GiveUpDirect() {
   for (Pushes& pushes : pushes_) {
@@ -252,14 +275,14 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
   // What was given may be very much for something light between heavy ones.
   for (size_t i = 0; i < solved_.size(); ++i) {
     double& speed = pushes_[solved_[i].island].speed_before;
-    speed = std::max(speed, solver_.SpeedBefore(i));
+    speed = std::max(speed, solver_->SpeedBefore(i));
   }
   for (size_t i = 0; i < solved_.size(); ++i) {
     Pushes& pushes = pushes_[solved_[i].island];
     if (pushes.way != way) continue;
     const double most = (is_brief ? kBriefResidualMax : kResidualMax) * pushes.speed_before;
     // Where some points had nothing to hold, they may have now, and nothing tells what few sweeps left of that.
-    const bool is_done = solver_.Residual(i) <= most && (pushes.is_all_given || !is_brief);
+    const bool is_done = solver_->Residual(i) <= most && (pushes.is_all_given || !is_brief);
     if (!is_done) pushes.way = is_brief ? Way::kWarm : Way::kCold;
   }
 }
@@ -271,18 +294,18 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
     if (pushes_[islands_.IslandOf(row)].way == way) solved_rows_.push_back(row);
   }
   if (solved_rows_.empty()) return;
-  solver_.Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
+  solver_->Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
   LoadBodies(state);
   const bool is_given = StartsFromGiven(way);
-  solver_.Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
+  solver_->Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
   LoadContacts(way, state, contacts);
   LoadRows(state, joint_rows);
-  const uint64_t complaints = Complaints();
-  solver_.Step(way == Way::kBrief);
-  // The exact solver goes on after an elimination that failed, with numbers that mean nothing. Of which island, it does
-  // not say.
-  if (way == Way::kDirect && Complaints() != complaints) return GiveUpDirect();
-  solver_.TakeRowImpulses();
+  if (way == Way::kDirect) {
+    if (!StepDirectly()) return GiveUpDirect();
+  } else {
+    solver_->Step(way == Way::kBrief);
+  }
+  solver_->TakeRowImpulses();
   StoreImpulses(contacts);
   if (is_given) GiveUpUnheld(way, contacts);
   StoreBodies(way, state);
@@ -314,7 +337,7 @@ void World::LoadBodies(const StateArrays& state) {
     body.solved_as = i;
     const Motion motion = MotionOf(solved_rows_[i], state);
     CheckFinite(motion);
-    solver_.SetBody(i, body.mass, motion);
+    solver_->SetBody(i, body.mass, motion);
   }
   for (const InertiaScale& scale : scales_) {
     const Body& body = bodies_[Index(scale.row)];
@@ -322,7 +345,7 @@ void World::LoadBodies(const StateArrays& state) {
     MassProperties mass = body.mass;
     mass.tensor *= scale.factor;
     mass.inverse_tensor /= scale.factor;
-    solver_.SetBody(body.solved_as, mass, MotionOf(scale.row, state));
+    solver_->SetBody(body.solved_as, mass, MotionOf(scale.row, state));
   }
 }
 
@@ -362,7 +385,7 @@ void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
       if (a.solved_as == kUnsolved) given_rates[i] += a.RateOf(row, is_geared ? row.axis : -row.axis);
       if (b.solved_as == kUnsolved) given_rates[i] += b.RateOf(row, is_geared ? row.axis_b : row.axis);
     }
-    solver_.AddRows(block, a.solved_as, b.solved_as, given_rates);
+    solver_->AddRows(block, a.solved_as, b.solved_as, given_rates);
   }
 }
 
@@ -399,31 +422,31 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   const bool is_shared = recalled.may_share && ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
   const bool is_given = StartsFromGiven(pushes_[island].way);
   const Vector3 given = is_given ? Vector3(sign * recalled.given) : Vector3::Zero();
-  solver_.AddContact({.body = pushed.solved_as,
-                      .other = other.solved_as,
-                      .position = point.position,
-                      .normal = sign * point.normal,
-                      .depth = given.isZero(0) ? point.depth : held_depth,
-                      .friction = point.friction,
-                      .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
-                      .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
-                      .braked = sign * recalled.braked,
-                      .grip = recalled.grip,
-                      .correction = pair.correction,
-                      .patch_point = is_shared ? std::optional(index - pair.first_point) : std::nullopt,
-                      .rolling_friction = pair.material.rolling_friction,
-                      .spinning_friction = pair.material.spinning_friction,
-                      .relative_spin = pushed.angular_velocity - other.angular_velocity,
-                      .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
-                      .is_firm = pushes_[island].is_uneven,
-                      .given = given});
+  solver_->AddContact({.body = pushed.solved_as,
+                       .other = other.solved_as,
+                       .position = point.position,
+                       .normal = sign * point.normal,
+                       .depth = given.isZero(0) ? point.depth : held_depth,
+                       .friction = point.friction,
+                       .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
+                       .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
+                       .braked = sign * recalled.braked,
+                       .grip = recalled.grip,
+                       .correction = pair.correction,
+                       .patch_point = is_shared ? std::optional(index - pair.first_point) : std::nullopt,
+                       .rolling_friction = pair.material.rolling_friction,
+                       .spinning_friction = pair.material.spinning_friction,
+                       .relative_spin = pushed.angular_velocity - other.angular_velocity,
+                       .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
+                       .is_firm = pushes_[island].is_uneven,
+                       .given = given});
   solved_.push_back({index, island, sign});
 }
 
 void World::StoreImpulses(ContactBuffer& contacts) const {
   for (size_t i = 0; i < solved_.size(); ++i) {
     ContactPoint& point = contacts.points[solved_[i].point];
-    const Vector3 impulse = solved_[i].sign * solver_.Impulse(i);
+    const Vector3 impulse = solved_[i].sign * solver_->Impulse(i);
     point.normal_impulse = impulse.dot(point.normal);
     point.friction_impulse = impulse - point.normal_impulse * point.normal;
   }
@@ -434,7 +457,7 @@ void World::StoreBodies(Way way, StateArrays& state) {
     const EntityRow row = solved_rows_[i];
     bodies_[Index(row)].solved_as = kUnsolved;
     if (pushes_[islands_.IslandOf(row)].way != way) continue;
-    const Motion motion = solver_.motion(i);
+    const Motion motion = solver_->motion(i);
     CheckFinite(motion);
     state.linear_velocities.col(Index(row)) = motion.linear_velocity;
     state.angular_velocities.col(Index(row)) = motion.angular_velocity;

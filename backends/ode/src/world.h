@@ -1,8 +1,10 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "contact_solver.h"
@@ -17,13 +19,13 @@ namespace genphys::ode_backend {
 /// the columns and the active set alone, not on how these came about.
 class World final : public BackendWorld {
  public:
-  explicit World(const StepperSettings& settings) : solver_(settings) {}
+  explicit World(const StepperSettings& settings) : solver_(std::in_place, settings) {}
 
   void AddBody(const BodyDesc& desc, const StateArrays& state) override;
   void RemoveBody(EntityRow row) override;
   void SetActive(std::span<const EntityRow> rows, bool active) override;
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
-  void SetStepper(const StepperSettings& settings) override { solver_.SetStepper(settings); }
+  void SetStepper(const StepperSettings& settings) override { solver_->SetStepper(settings); }
   void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) override;
   void ScaleInertia(std::span<const InertiaScale> scales) override { scales_.assign(scales.begin(), scales.end()); }
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
@@ -31,7 +33,10 @@ class World final : public BackendWorld {
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved, double step_size) override;
-  void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
+  void SaveState(std::string& bytes) const override {
+    warm_start_.Save(bytes);
+    bytes.push_back(has_failed_directly_ ? 1 : 0);
+  }
 
  private:
   static constexpr uint32_t kUnsolved = ContactConstraint::kImmovable;
@@ -86,6 +91,7 @@ class World final : public BackendWorld {
                   std::span<JointRow> joint_rows);
   void Recognise(const ContactBuffer& contacts);
   bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
+  bool StepDirectly();
   void GiveUpDirect();
   void GiveUpUnheld(Way way, const ContactBuffer& contacts);
   void LoadBodies(const StateArrays& state);
@@ -105,8 +111,10 @@ class World final : public BackendWorld {
   std::vector<Body> bodies_;         // by entity row
   std::vector<PlacedShape> shapes_;  // by geometry row
   uint64_t last_serial_ = 0;
-  ContactSolver solver_;
+  std::optional<ContactSolver> solver_;  // there is always one
   WarmStart warm_start_;
+  // The exact solver gave up in the middle of a solve. It is not asked again, for each time it leaves memory behind.
+  bool has_failed_directly_ = false;
 
   struct Solved {
     uint32_t point = 0;  // in the contact buffer
