@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "genphys/backend.h"
 #include "genphys/hosting/in_process_host.h"
@@ -22,7 +23,7 @@ namespace {
 
 constexpr std::chrono::seconds kPatience{60};  // only what hangs meets it
 
-enum class Failure { kNone, kFault, kNoMemory };
+enum class Failure { kNone, kFault, kNoMemory, kHang };
 
 // Moves nothing, and fails in every step when told to.
 class FlakyWorld final : public BackendWorld {
@@ -37,6 +38,7 @@ class FlakyWorld final : public BackendWorld {
   void Solve(double, std::span<const EntityRow>, StateArrays&, ContactBuffer&, std::span<JointRow>) override {
     if (failure_ == Failure::kFault) throw EngineFault("on purpose");
     if (failure_ == Failure::kNoMemory) throw std::bad_alloc();
+    if (failure_ == Failure::kHang) failure_.wait(Failure::kHang);
   }
   void SaveState(std::string&) const override {}
 
@@ -79,11 +81,13 @@ class Bench {
     EXPECT_TRUE(Ask(**host, WorldMethod::kCreateEntity, request).ok());
     return *host;
   }
-  static Result<EncodedMessage> Ask(WorldHost& host, WorldMethod method, const google::protobuf::Message& request) {
+  static std::future<Result<EncodedMessage>> Send(WorldHost& host, WorldCall call) {
     auto promise = std::make_shared<std::promise<Result<EncodedMessage>>>();
-    host.Handle({.method = method, .request = EncodeReply(request)},
-                [promise](Result<EncodedMessage> reply) { promise->set_value(std::move(reply)); });
-    auto future = promise->get_future();
+    host.Handle(std::move(call), [promise](Result<EncodedMessage> reply) { promise->set_value(std::move(reply)); });
+    return promise->get_future();
+  }
+  static Result<EncodedMessage> Ask(WorldHost& host, WorldMethod method, const google::protobuf::Message& request) {
+    auto future = Send(host, {.method = method, .request = EncodeReply(request)});
     if (future.wait_for(kPatience) != std::future_status::ready) return absl::DeadlineExceededError("no reply came");
     return future.get();
   }
@@ -99,19 +103,25 @@ class Bench {
     }
     return request;
   }
-  static Status Step(WorldHost& host) {
+  static Status Step(WorldHost& host) { return Ask(host, WorldMethod::kStep, StepRequest()).status(); }
+  // On a worker, however quick the last one was.
+  static std::future<Result<EncodedMessage>> SendStep(WorldHost& host) {
+    return Send(host, {.method = WorldMethod::kStep, .request = EncodeReply(StepRequest()), .here_below = {}});
+  }
+  static v1::StepRequest StepRequest() {
     v1::StepRequest request;
     request.set_world("worlds/any");
-    return Ask(host, WorldMethod::kStep, request).status();
+    return request;
   }
-  static v1::World::State StateOf(WorldHost& host) {
+  static v1::GetWorldResponse Look(WorldHost& host) {
     v1::GetWorldRequest request;
     request.set_name("worlds/any");
     const Result<EncodedMessage> reply = Ask(host, WorldMethod::kGetWorld, request);
     v1::GetWorldResponse response;
-    EXPECT_TRUE(reply.ok() && response.ParseFromString(Joined(*reply)));
-    return response.world().state();
+    EXPECT_TRUE(reply.ok() && response.ParseFromString(Joined(*reply))) << reply.status();
+    return response;
   }
+  static v1::World::State StateOf(WorldHost& host) { return Look(host).world().state(); }
 
   std::atomic<Failure> failure = Failure::kNone;
   const std::atomic<Failure> never = Failure::kNone;
@@ -252,6 +262,49 @@ TEST(InProcessHost, EndsAQueryAtItsDeadline) {
   };
   EXPECT_EQ(EndOfQuery(deadline, delay), absl::StatusCode::kDeadlineExceeded);
   EXPECT_EQ(asked, 5);
+}
+
+TEST(InProcessHost, TellsWhereItsWorldIsWhileEveryWorkerIsInAStep) {
+  Bench bench;
+  const auto steady = bench.MakeWorldWithBall("worlds/b", "steady");
+  std::vector<std::shared_ptr<WorldHost>> busy;
+  std::vector<std::future<Result<EncodedMessage>>> steps;
+  for (unsigned i = 0; i < bench.pool.threads(); ++i) {
+    busy.push_back(bench.MakeWorldWithBall("worlds/a"));
+    EXPECT_TRUE(Bench::Step(*busy.back()).ok());
+  }
+  bench.failure = Failure::kHang;
+  for (const auto& host : busy) steps.push_back(Bench::SendStep(*host));
+
+  EXPECT_EQ(Bench::Look(*steady).stamp().step(), 0u);
+  for (const auto& host : busy) EXPECT_EQ(Bench::Look(*host).stamp().step(), 1u);
+
+  bench.failure = Failure::kNone;
+  bench.failure.notify_all();
+  for (auto& step : steps) EXPECT_TRUE(step.get().ok());
+  for (const auto& host : busy) EXPECT_EQ(Bench::Look(*host).stamp().step(), 2u);
+}
+
+TEST(InProcessHost, TellsOfAWorldWhatWasLastChangedInIt) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a", "steady");
+  v1::StepRequest request;
+  request.set_world("worlds/a");
+  request.set_steps(0);
+  request.add_commands()->mutable_set_gravity()->mutable_gravity()->set_x(3);
+
+  EXPECT_TRUE(Bench::Ask(*host, WorldMethod::kStep, request).ok());
+
+  EXPECT_EQ(Bench::Look(*host).world().gravity().x(), 3);
+}
+
+TEST(InProcessHost, RefusesWhatAsksForItsWorldInAWrongWay) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a", "steady");
+  v1::GetWorldRequest request;
+  request.set_name("no world's");
+
+  EXPECT_EQ(RefusalOf(Bench::Ask(*host, WorldMethod::kGetWorld, request).status()).value_or(Refusal{}).field, "name");
 }
 
 TEST(InProcessHost, AnswersWhatWaitsForADeletedWorld) {

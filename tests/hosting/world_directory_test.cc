@@ -48,13 +48,17 @@ class Bench {
   Result<v1::GetWorldResponse> Create(const std::string& name) {
     v1::CreateWorldRequest request;
     request.mutable_world()->set_name(name);
-    return Ask([&](Reply reply) { directory.Create(EncodeReply(request), std::move(reply)); });
+    return Ask<v1::GetWorldResponse>([&](Reply reply) { directory.Create(EncodeReply(request), std::move(reply)); });
   }
   Result<v1::GetWorldResponse> Handle(WorldMethod method, const std::string& name) {
     v1::GetWorldRequest request;  // DeleteWorldRequest has the same field
     request.set_name(name);
-    return Ask(
+    return Ask<v1::GetWorldResponse>(
         [&](Reply reply) { directory.Handle({.method = method, .request = EncodeReply(request)}, std::move(reply)); });
+  }
+  Result<v1::ListWorldsResponse> List() {
+    return Ask<v1::ListWorldsResponse>(
+        [&](const Reply& reply) { directory.List(EncodeReply(v1::ListWorldsRequest()), reply); });
   }
 
   WorkerPool pool{1};
@@ -62,15 +66,15 @@ class Bench {
   WorldDirectory directory;
 
  private:
-  template <typename Call>
-  Result<v1::GetWorldResponse> Ask(const Call& call) {
+  template <typename Response, typename Call>
+  Result<Response> Ask(const Call& call) {
     auto promise = std::make_shared<std::promise<Result<EncodedMessage>>>();
     call([promise](Result<EncodedMessage> reply) { promise->set_value(std::move(reply)); });
     auto future = promise->get_future();
     if (future.wait_for(kPatience) != std::future_status::ready) return absl::DeadlineExceededError("no reply came");
     const Result<EncodedMessage> reply = future.get();
     if (!reply.ok()) return reply.status();
-    v1::GetWorldResponse response;
+    Response response;
     EXPECT_TRUE(response.ParseFromString(Joined(*reply)));
     return response;
   }
@@ -98,6 +102,20 @@ TEST(WorldDirectory, ForgetsTheNameOfADeletedWorldAtOnce) {
 
   EXPECT_EQ(ReasonOf(bench.Handle(WorldMethod::kDeleteWorld, "worlds/a")), Reason::kWorldNotFound);
   EXPECT_TRUE(bench.Create("worlds/a").ok());
+}
+
+TEST(WorldDirectory, ListsItsWorldsWhileEveryWorkerIsBusy) {
+  Bench bench;
+  ASSERT_TRUE(bench.Create("worlds/a").ok());
+  std::promise<void> release;
+  bench.pool.Post([released = release.get_future().share()] { released.wait(); });
+
+  const Result<v1::ListWorldsResponse> worlds = bench.List();
+
+  release.set_value();
+  ASSERT_TRUE(worlds.ok()) << worlds.status();
+  ASSERT_EQ(worlds->worlds_size(), 1);
+  EXPECT_EQ(worlds->worlds(0).name(), "worlds/a");
 }
 
 TEST(WorldDirectory, FreesTheNameOfAWorldThatCannotBeMade) {

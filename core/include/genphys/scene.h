@@ -27,6 +27,8 @@ struct WorldDesc {
   std::optional<bool> ground_plane;  // an infinite static floor at z = 0; unset: if the engine has planes
   EventKinds recorded_events;
   std::vector<Feature> required_features;  // creation fails unless the engine has all of these
+
+  bool operator==(const WorldDesc&) const = default;
 };
 
 /// What every step asks of a body, side by side: the description that it is taken from lies anywhere in memory, and

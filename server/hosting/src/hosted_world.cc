@@ -88,7 +88,8 @@ HostedWorld::HostedWorld(WorkerPool& pool, std::string name, std::unique_ptr<Wor
       record_state_hash_(record_state_hash),
       world_(std::move(world)),
       events_(std::make_shared<EventLog>(pool, stamp())),
-      frames_(std::make_shared<FrameHub>(pool, std::move(call_current))) {
+      frames_(std::make_shared<FrameHub>(pool, std::move(call_current))),
+      summary_(name_, record_state_hash) {
   Publish();
 }
 
@@ -102,8 +103,12 @@ v1::World::State HostedWorld::state() const {
   return pace_ ? v1::World::STATE_PLAYING : v1::World::STATE_PAUSED;
 }
 
+void HostedWorld::UpdateSummary() { summary_.Update(world_->scene().world, stamp(), state(), rests_at_ && pace_); }
+
+// Who hears of a step and asks where the world is finds it there.
 std::shared_ptr<const EventChunk> HostedWorld::PublishEvents() {
   state_hash_.reset();
+  UpdateSummary();
   std::vector<Event> events = world_->TakeEvents();
   if (events.empty()) return nullptr;
   auto chunk = std::make_shared<const EventChunk>(stamp(), std::move(events));
@@ -271,11 +276,8 @@ Result<v1::ListForceFieldsResponse> HostedWorld::ListForceFields(const v1::ListF
 }
 
 Result<v1::GetWorldResponse> HostedWorld::GetWorld(const v1::GetWorldRequest&) {
-  v1::GetWorldResponse response;
-  EncodeWorld(world_->scene().world, name_, state(), response.mutable_world());
-  response.mutable_world()->set_record_state_hash(record_state_hash_);
-  stamp().Encode(response.mutable_stamp());
-  return response;
+  UpdateSummary();
+  return summary_.Tell();
 }
 
 Result<v1::ResetWorldResponse> HostedWorld::ResetWorld(const v1::ResetWorldRequest&) {
@@ -286,6 +288,7 @@ Result<v1::ResetWorldResponse> HostedWorld::ResetWorld(const v1::ResetWorldReque
   if (std::exchange(has_beginning_, false)) broken_ = false;
   epoch_ = NewEpoch();
   state_hash_.reset();
+  UpdateSummary();
   events_->Restart(stamp());
   if (frames_->HasViewers()) frames_->Publish(*world_, stamp(), keyframes_);
   v1::ResetWorldResponse response;
@@ -298,6 +301,7 @@ Result<v1::PlayWorldResponse> HostedWorld::PlayWorld(const v1::PlayWorldRequest&
   const double factor = request.has_real_time_factor() ? request.real_time_factor() : 1;
   pace_.emplace(factor, world_->layer_state().simulation_time, Pace::Clock::now());
   rests_at_.reset();
+  UpdateSummary();
   v1::PlayWorldResponse response;
   stamp().Encode(response.mutable_stamp());
   return response;
@@ -316,6 +320,7 @@ Result<v1::PauseWorldResponse> HostedWorld::PauseWorld(const v1::PauseWorldReque
 
 void HostedWorld::Break(const Status& why) {
   broken_ = true;
+  summary_.SetState(state());
   keyframes_.Clear();
   spdlog::error("{} is faulted: {}", name_, MessageOf(why));
 }
@@ -350,6 +355,7 @@ std::optional<Pace::Clock::time_point> HostedWorld::Play(Pace::Clock::time_point
     if (due > now) {
       if (!is_quiet || frames_->HasViewers()) return due;
       rests_at_ = world_->changes();
+      UpdateSummary();
       return due + pace_->RestFor(step_size);
     }
     pace_->Begin(due, step_size, now);

@@ -18,6 +18,7 @@
 #include "genphys/v1/simulation_service.pb.h"
 #include "genphys/v1/world_service.pb.h"
 #include "genphys/world.h"
+#include "world_summary.h"
 
 namespace genphys {
 
@@ -69,7 +70,10 @@ class HostedWorld {
   /// True once after something came that ends the rest of a world that plays: then Play() is to be called at once.
   bool EndRest();
   /// Stops playing, if it does.
-  void Stop() { pace_.reset(); }
+  void Stop() {
+    pace_.reset();
+    summary_.SetState(state());
+  }
 
   /// An exception came out of the world: from now on it can only be read, reset and deleted.
   void Break(const Status& why);
@@ -79,6 +83,8 @@ class HostedWorld {
   const std::shared_ptr<EventLog>& events() const { return events_; }
   const std::shared_ptr<FrameHub>& frames() const { return frames_; }
   Keyframes& keyframes() { return keyframes_; }
+  /// For every thread at any time: true of the world after its last whole change.
+  const WorldSummary& summary() const { return summary_; }
 
  private:
   HostedWorld(WorkerPool& pool, std::string name, std::unique_ptr<World> world, bool record_state_hash,
@@ -86,6 +92,7 @@ class HostedWorld {
 
   bool faulted() const { return broken_ || world_->faulted(); }
   v1::World::State state() const;
+  void UpdateSummary();
   Status CheckUsable() const;
   // Whether it can be said where its geometries are.
   Status CheckReadable() const;
@@ -106,6 +113,7 @@ class HostedWorld {
   std::shared_ptr<EventLog> events_;
   std::shared_ptr<FrameHub> frames_;
   Keyframes keyframes_;
+  WorldSummary summary_;
 };
 
 }  // namespace genphys

@@ -170,6 +170,7 @@ void InProcessHost::Handle(WorldCall call, Reply reply) {
     if (closing_.exchange(true)) return reply(WorldIsGone(call.method));
     return strand_->PostUrgent([self = shared_from_this(), reply = std::move(reply)] { self->Close(reply); });
   }
+  if (call.method == WorldMethod::kGetWorld && !closing_ && hosted_->summary().IsCurrent()) return Tell(call, reply);
   const size_t bytes = call.request.view.size();
   const size_t calls_before = waiting_calls_.fetch_add(1);
   const size_t bytes_before = waiting_bytes_.fetch_add(bytes);
@@ -187,6 +188,16 @@ void InProcessHost::Handle(WorldCall call, Reply reply) {
     strand_->RunOrPost(std::move(serve));
   } else {
     strand_->Post(std::move(serve));
+  }
+}
+
+// Here and now, for the world may be in the middle of a long step, and all workers in those of others.
+void InProcessHost::Tell(const WorldCall& call, const Reply& reply) const {
+  try {
+    const Status status = CheckRequest(call.method, call.request);
+    reply(status.ok() ? Result<EncodedMessage>(EncodedMessage{EncodeReply(hosted_->summary().Tell())}) : status);
+  } catch (const std::bad_alloc&) {
+    reply(NoMemory());
   }
 }
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
+#include <new>
 #include <optional>
 #include <random>
 #include <utility>
@@ -198,9 +199,14 @@ void WorldDirectory::FinishCreation(const std::shared_ptr<Creation>& creation, c
   for (const Reply& reply : waiting) reply(outcome);
 }
 
-void WorldDirectory::List(Bytes request, Reply reply) {
+// Here and now, for all workers may be in long steps.
+void WorldDirectory::List(const Bytes& request, const Reply& reply) {
   if (draining_) return reply(Draining());
-  pool_.Post([this, request = std::move(request), reply = std::move(reply)] { ListPage(request, reply); });
+  try {
+    ListPage(request, reply);
+  } catch (const std::bad_alloc&) {
+    reply(Refuse(Reason::kLimitExceeded, "", "there is not enough memory for this request"));
+  }
 }
 
 void WorldDirectory::ListPage(const Bytes& encoded, const Reply& reply) {

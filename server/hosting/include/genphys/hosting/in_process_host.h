@@ -42,6 +42,7 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
 
   struct Pending;
 
+  void Tell(const WorldCall& call, const Reply& reply) const;
   void Finish(Pending& pending, const Result<EncodedMessage>& outcome);
 
   // On the strand.

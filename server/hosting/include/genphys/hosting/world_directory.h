@@ -44,7 +44,7 @@ class WorldDirectory {
   /// Answers an encoded CreateWorldRequest. A repeated request id gets the first reply, however many are under way.
   void Create(Bytes request, Reply reply);
   /// Answers an encoded ListWorldsRequest.
-  void List(Bytes request, Reply reply);
+  void List(const Bytes& request, const Reply& reply);
   /// Answers a request to one world, whose name and request id it reads. WORLD_NOT_FOUND if there is none; a request
   /// that is wrong otherwise is refused for that.
   void Handle(WorldCall call, Reply reply);

@@ -66,8 +66,9 @@ class WorldHost {
  public:
   virtual ~WorldHost() = default;
 
-  /// Answers `call`. Calls take effect in the order in which they are made, except kGetWorld, which does not wait for a
-  /// Step that is under way. kDeleteWorld ends the world and its streams; calls that are not answered yet are refused.
+  /// Answers `call`. Calls take effect in the order in which they are made, except kGetWorld, which waits for
+  /// nothing and tells how the world was after its last step. kDeleteWorld ends the world and its streams; calls that
+  /// are not answered yet are refused.
   virtual void Handle(WorldCall call, Reply reply) = 0;
 
   /// Subscribes by an encoded WatchEventsRequest or WatchFramesRequest; a bad one ends the stream with the refusal.
