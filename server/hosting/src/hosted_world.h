@@ -18,6 +18,7 @@
 #include "genphys/v1/simulation_service.pb.h"
 #include "genphys/v1/world_service.pb.h"
 #include "genphys/world.h"
+#include "step_requests.h"
 #include "world_summary.h"
 
 namespace genphys {
@@ -83,6 +84,7 @@ class HostedWorld {
   const std::shared_ptr<EventLog>& events() const { return events_; }
   const std::shared_ptr<FrameHub>& frames() const { return frames_; }
   Keyframes& keyframes() { return keyframes_; }
+  StepRequests& step_requests() { return step_requests_; }
   /// For every thread at any time: true of the world after its last whole change.
   const WorldSummary& summary() const { return summary_; }
 
@@ -113,6 +115,7 @@ class HostedWorld {
   std::shared_ptr<EventLog> events_;
   std::shared_ptr<FrameHub> frames_;
   Keyframes keyframes_;
+  StepRequests step_requests_;
   WorldSummary summary_;
 };
 

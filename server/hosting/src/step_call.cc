@@ -1,5 +1,7 @@
 #include "step_call.h"
 
+#include <google/protobuf/arena.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -20,7 +22,7 @@ std::optional<Result<EncodedMessage>> StepCall::Advance(Clock::time_point slice_
   while (steps_done_ < steps_wanted_) {
     if (const Status status = CheckTime(); !status.ok()) return Failed(status);
     std::optional<double> step_size;
-    if (request_.has_step_size_seconds()) step_size = request_.step_size_seconds();
+    if (request_->has_step_size_seconds()) step_size = request_->step_size_seconds();
     const auto begin = Clock::now();
     const Status status = hosted_.Step(step_size);
     Collect(hosted_.Publish());
@@ -46,17 +48,16 @@ Status StepCall::Begin() {
   GENPHYS_RETURN_IF_ERROR(call_.CheckWanted());
   const auto now = Clock::now();
   if (call_.deadline > now) reply_time_ = std::min<Clock::duration>((call_.deadline - now) / 10, kReplyTimeMax);
-  GENPHYS_RETURN_IF_ERROR(DecodeRequest(call_.request, &request_));
-  call_.request = {};
-  steps_wanted_ = request_.has_steps() ? request_.steps() : 1;
+  Result<std::vector<Command>> commands = std::vector<Command>();
+  GENPHYS_RETURN_IF_ERROR(TakeRequest(commands));
+  steps_wanted_ = request_->has_steps() ? request_->steps() : 1;
   if (steps_wanted_ > 0) GENPHYS_RETURN_IF_ERROR(hosted_.CheckSteppable());
   const uint64_t step = hosted_.world().layer_state().step;
-  if (request_.has_expected_step() && request_.expected_step() != step) {
+  if (request_->has_expected_step() && request_->expected_step() != step) {
     return Refuse(Reason::kStepMismatch, "expected_step", "the world is at step " + std::to_string(step));
   }
   first_sequence_ = hosted_.events()->last_sequence() + 1;
-  hosted_.world().set_record_stats(request_.stats());
-  Result<std::vector<Command>> commands = DecodeCommands(request_.commands());
+  hosted_.world().set_record_stats(request_->stats());
   if (!commands.ok()) return commands.status();
   const Result<std::vector<CreatedId>> created = hosted_.Apply(*commands);
   if (!created.ok()) {
@@ -66,9 +67,26 @@ Status StepCall::Begin() {
   for (const CreatedId id : *created) response_.add_results()->set_created_id(id.packed());
   if (commands->empty()) return absl::OkStatus();
   has_effect_ = true;
-  request_.clear_commands();
   // With steps to come, viewers need no frame of the state between.
   Collect(steps_wanted_ == 0 ? hosted_.Publish() : hosted_.PublishEvents());
+  return absl::OkStatus();
+}
+
+Status StepCall::TakeRequest(Result<std::vector<Command>>& commands) {
+  if (call_.has_commands) {
+    google::protobuf::Arena arena;  // a thousand commands are one allocation then
+    auto& request = *google::protobuf::Arena::CreateMessage<v1::StepRequest>(&arena);
+    GENPHYS_RETURN_IF_ERROR(DecodeRequest(call_.request, &request));
+    commands = DecodeCommands(request.commands());
+    request.clear_commands();
+    request_ = std::make_shared<const v1::StepRequest>(request);
+  } else {
+    Result<std::shared_ptr<const v1::StepRequest>> request = hosted_.step_requests().Decode(call_.request);
+    if (!request.ok()) return request.status();
+    request_ = *std::move(request);
+    commands = DecodeCommands(request_->commands());
+  }
+  call_.request = {};
   return absl::OkStatus();
 }
 
@@ -83,7 +101,7 @@ Status StepCall::Failed(const Status& status) const {
 }
 
 void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {
-  if (chunk == nullptr || !request_.has_events() || chunk_bytes_ > kEventBytesMax) return;
+  if (chunk == nullptr || !request_->has_events() || chunk_bytes_ > kEventBytesMax) return;
   chunk_bytes_ += chunk->bytes();
   chunks_.push_back(std::move(chunk));
 }
@@ -91,13 +109,13 @@ void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {
 EncodedMessage StepCall::Finish() {
   const Stamp stamp = hosted_.stamp();
   stamp.Encode(response_.mutable_stamp());
-  if (request_.has_events()) EncodeEvents(response_.mutable_events());
-  if (request_.stats() && steps_done_ > 0) EncodeStats(hosted_.world().stats(), response_.mutable_stats());
-  return request_.has_frame() ? WithFrame() : EncodedMessage{EncodeReply(response_)};
+  if (request_->has_events()) EncodeEvents(response_.mutable_events());
+  if (request_->stats() && steps_done_ > 0) EncodeStats(hosted_.world().stats(), response_.mutable_stats());
+  return request_->has_frame() ? WithFrame() : EncodedMessage{EncodeReply(response_)};
 }
 
 EncodedMessage StepCall::WithFrame() const {
-  const v1::FrameRequest& wanted = request_.frame();
+  const v1::FrameRequest& wanted = request_->frame();
   EncodedMessage reply =
       hosted_.keyframes().Encode(hosted_.world(), wanted, response_.stamp(), wanted.keyframe_id()).frame;
   std::string head = response_.SerializeAsString();
@@ -108,7 +126,7 @@ EncodedMessage StepCall::WithFrame() const {
 }
 
 void StepCall::EncodeEvents(v1::EventBatch* batch) {
-  const EventFilter filter(request_.events());
+  const EventFilter filter(request_->events());
   batch->set_first_sequence(first_sequence_);
   batch->set_last_sequence(first_sequence_ - 1);
   size_t bytes = 0;

@@ -1,6 +1,4 @@
 #pragma once
-#include <google/protobuf/arena.h>
-
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -33,6 +31,7 @@ class StepCall {
 
  private:
   Status Begin();
+  Status TakeRequest(Result<std::vector<Command>>& commands);
   Status CheckTime() const;
   Status Failed(const Status& status) const;
   void Collect(std::shared_ptr<const EventChunk> chunk);
@@ -42,8 +41,7 @@ class StepCall {
 
   HostedWorld& hosted_;
   WorldCall call_;
-  google::protobuf::Arena arena_;  // a thousand commands are one allocation then
-  v1::StepRequest& request_ = *google::protobuf::Arena::CreateMessage<v1::StepRequest>(&arena_);
+  std::shared_ptr<const v1::StepRequest> request_;  // but for its commands and its id
   v1::StepResponse response_;
   bool begun_ = false;
   bool has_effect_ = false;
