@@ -115,7 +115,7 @@ void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double
   }
   dVector3 first, second;
   dPlaneSpace(to.geom.normal, first, second);
-  ToOde(FromOde(*contact.patch_point % 2 == 0 ? second : first), to.fdir1);
+  ToOde(FromOde(*contact.shared_axis == 0 ? second : first), to.fdir1);
   to.surface.mu *= 2;
 }
 
@@ -323,7 +323,7 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   if (is_held) return AddHeld(contact, PartingSpeed(contact.depth, ode_contact, step_size_));
   if (is_direct_) SetSoftness(Softness(contact), ode_contact);
   const bool resists_turning = contact.rolling_friction > 0 || contact.spinning_friction > 0;
-  const bool is_shared = contact.patch_point && contact.friction > 0 && !resists_turning;
+  const bool is_shared = contact.shared_axis && contact.friction > 0 && !resists_turning;
   // What rolls is braked along its rolling.
   const Vector3 slip = SlipUnbraked(contact, resists_turning ? 0 : InverseMass(contact));
   (is_shared ? ShareFriction : SetFriction)(contact, slip, step_size_, ode_contact);

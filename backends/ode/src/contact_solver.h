@@ -43,8 +43,8 @@ struct ContactConstraint {
   Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
   double grip = 0;                   // N*s, the most that it could have been
   ErrorCorrection correction;
-  // Which point of its pair, if they may share the work of friction among them.
-  std::optional<uint32_t> patch_point;
+  // Along which of two axes it holds for others of its pair, too, if they share the work of friction among them.
+  std::optional<uint32_t> shared_axis;
   double rolling_friction = 0;              // m
   double spinning_friction = 0;             // m
   Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s

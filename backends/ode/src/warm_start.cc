@@ -1,6 +1,7 @@
 #include "warm_start.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace genphys::ode_backend {
 namespace {
@@ -11,7 +12,7 @@ constexpr double kSamePoint = 0.02;
 constexpr double kStuckMax = 0.95;
 // The same from which on it matters in which direction friction is bounded. With less, that direction is noise.
 constexpr double kStrained = 0.5;
-// The same of half of the points, for these to hold alone what all of them do.
+// The same of those points that hold along one axis, for these to hold alone what all of them do.
 constexpr double kSharedMax = 0.8;
 
 void Append(const Vector3& value, std::string& bytes) {
@@ -54,23 +55,46 @@ const WarmStart::Pair* WarmStart::Find(const Key& key) {
   return &before_.pairs[place->second];
 }
 
-WarmStart::Recalled WarmStart::RecallAt(const Pair& old, const Vector3& place, const Vector3& normal) const {
-  uint32_t nearest = old.first;
+// Which of before_ it was.
+std::optional<uint32_t> WarmStart::FindPoint(const Pair& old, const Vector3& place) const {
+  std::optional<uint32_t> nearest;
   double least = kSamePoint * kSamePoint;
-  bool is_found = false;
   for (uint32_t i = old.first; i < old.first + old.count; ++i) {
     const double distance = (before_.places[i] - place).squaredNorm();
     if (distance >= least) continue;
     least = distance;
     nearest = i;
-    is_found = true;
   }
-  if (!is_found) return {};
-  const Vector3& impulse = before_.impulses[nearest];
-  Recalled recalled{.braked = scale_ * old.braked, .grip = scale_ * old.grip, .may_share = old.may_share};
+  return nearest;
+}
+
+WarmStart::Recalled WarmStart::RecallAt(const Pair& old, uint32_t point, const Vector3& normal) const {
+  const Vector3& impulse = before_.impulses[point];
+  Recalled recalled{.braked = scale_ * old.braked, .grip = scale_ * old.grip};
   if (old.strain > kStuckMax) return recalled;
-  recalled.given = scale_ * (before_.pressures[nearest] * normal + impulse - impulse.dot(normal) * normal);
+  recalled.given = scale_ * (before_.pressures[point] * normal + impulse - impulse.dot(normal) * normal);
   return recalled;
+}
+
+// Points hold along two axes in turns where those of either axis could have held all that friction held. Where what
+// bears most stands on one side, they take their turns by what they bear; where it is one point, that holds along both.
+void WarmStart::ShareOut(const Pair& old, std::span<Recalled> recalled) {
+  order_.resize(recalled.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  if (ShareOut(old, order_, false, recalled)) return;
+  std::stable_sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) { return Bore(a) > Bore(b); });
+  if (!ShareOut(old, order_, false, recalled)) ShareOut(old, order_, true, recalled);
+}
+
+bool WarmStart::ShareOut(const Pair& old, std::span<const uint32_t> order, bool is_first_alone,
+                         std::span<Recalled> recalled) {
+  const double alone = is_first_alone ? Bore(order.front()) : 0;
+  const auto others = order.subspan(is_first_alone ? 1 : 0);
+  double held[2] = {};
+  for (size_t i = 0; i < others.size(); ++i) held[i % 2] += Bore(others[i]);
+  if (old.load >= kSharedMax * old.friction * (alone + 2 * std::min(held[0], held[1]))) return false;
+  for (size_t i = 0; i < others.size(); ++i) recalled[others[i]].shared_axis = i % 2;
+  return true;
 }
 
 void WarmStart::TakeBack() {
@@ -88,9 +112,12 @@ bool WarmStart::Add(const Key& key, const Pose& frame, std::span<const ContactPo
   for (const ContactPoint& point : points) now_.places.push_back(back * (point.position - frame.position));
   const Pair* const old = Find(key);
   if (old == nullptr) return false;
+  found_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
-    recalled[i] = RecallAt(*old, now_.places[now_.pairs.back().first + i], points[i].normal);
+    found_.push_back(FindPoint(*old, now_.places[now_.pairs.back().first + i]));
+    if (found_[i]) recalled[i] = RecallAt(*old, *found_[i], points[i].normal);
   }
+  if (points.size() > 1) ShareOut(*old, recalled);
   return true;
 }
 
@@ -99,18 +126,18 @@ void WarmStart::End(std::span<const ContactPoint> points) {
     const std::span<const ContactPoint> own = points.subspan(pair.first_point, pair.count);
     // How the points of a pair share what holds it is left to chance, so that they count together.
     const double count = std::max(pair.count, 1u);
-    double held = 0, grips[2] = {};
-    for (size_t i = 0; i < own.size(); ++i) {
-      pair.braked += own[i].friction_impulse / count;
-      held += own[i].friction_impulse.norm();
-      grips[i % 2] += own[i].friction * own[i].normal_impulse;
+    double held = 0, grip = 0, pressure = 0;
+    for (const ContactPoint& point : own) {
+      pair.braked += point.friction_impulse / count;
+      held += point.friction_impulse.norm();
+      grip += point.friction * point.normal_impulse;
+      pressure += point.normal_impulse;
     }
-    const double grip = grips[0] + grips[1];
     pair.grip = grip / count;
     pair.strain = grip > 0 ? held / grip : 1;
-    const double load = pair.braked.norm();
-    pair.may_share = count * load < kSharedMax * 2 * std::min(grips[0], grips[1]);
-    if (load <= kStrained * pair.grip) pair.braked.setZero();
+    pair.load = count * pair.braked.norm();
+    pair.friction = pressure > 0 ? grip / pressure : 0;
+    if (pair.load <= kStrained * grip) pair.braked.setZero();
     for (const ContactPoint& point : own) {
       now_.impulses.push_back(point.normal_impulse > 0 ? point.friction_impulse : Vector3(Vector3::Zero()));
       now_.pressures.push_back(std::max(point.normal_impulse, 0.0));
@@ -128,7 +155,8 @@ void WarmStart::Save(std::string& bytes) const {
     Append(pair.strain, bytes);
     Append(pair.braked, bytes);
     Append(pair.grip, bytes);
-    Append(pair.may_share, bytes);
+    Append(pair.load, bytes);
+    Append(pair.friction, bytes);
   }
   for (size_t i = 0; i < now_.places.size(); ++i) {
     Append(now_.places[i], bytes);

@@ -1,6 +1,7 @@
 #pragma once
 #include <compare>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -29,7 +30,8 @@ class WarmStart {
     Vector3 given = Vector3::Zero();   // N*s, what to give to b: nothing where something slipped
     Vector3 braked = Vector3::Zero();  // N*s, of friction, on b, in the mean of the pair's points; or nothing
     double grip = 0;                   // N*s, the most that it could have been
-    bool may_share = false;            // each half of the points, taken in turns, could hold twice that alone
+    // Along which of two axes it can hold for others of its pair, too, which hold along the other for it.
+    std::optional<uint32_t> shared_axis;
   };
 
   /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised.
@@ -58,7 +60,8 @@ class WarmStart {
     Vector3 braked = Vector3::Zero();  // N*s, of friction on b, in the mean of its points
     double grip = 0;                   // N*s, the most that it could have been
     double strain = 1;                 // the part that it took of what friction may hold
-    bool may_share = false;            // see Recalled
+    double load = 0;                   // N*s, of friction in all
+    double friction = 0;               // the most that its points can hold, as a part of what presses them
   };
   struct Memory {
     std::vector<Pair> pairs;
@@ -69,7 +72,11 @@ class WarmStart {
   };
 
   const Pair* Find(const Key& key);
-  Recalled RecallAt(const Pair& old, const Vector3& place, const Vector3& normal) const;
+  double Bore(uint32_t point) const { return found_[point] ? before_.pressures[*found_[point]] : 0; }
+  std::optional<uint32_t> FindPoint(const Pair& old, const Vector3& place) const;
+  Recalled RecallAt(const Pair& old, uint32_t point, const Vector3& normal) const;
+  void ShareOut(const Pair& old, std::span<Recalled> recalled);
+  bool ShareOut(const Pair& old, std::span<const uint32_t> order, bool is_first_alone, std::span<Recalled> recalled);
 
   Memory now_;
   Memory before_;
@@ -77,6 +84,9 @@ class WarmStart {
   size_t next_ = 0;                              // in the index, after who was found last: most are found in its order
   double step_size_ = 0;                         // s, of the last solve; zero before the first
   double scale_ = 0;                             // of impulses, from that to this one
+  // Kept between calls for their memory only.
+  std::vector<std::optional<uint32_t>> found_;  // which of before_ the points of a pair were
+  std::vector<uint32_t> order_;
 };
 
 }  // namespace genphys::ode_backend

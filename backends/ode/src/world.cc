@@ -419,7 +419,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   // How the surface of the pushed side runs against that of the other.
   const Vector3 run = sign * (pair.surface_velocity - point.normal * point.normal.dot(pair.surface_velocity));
   const WarmStart::Recalled& recalled = recalled_[index];
-  const bool is_shared = recalled.may_share && ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
+  const bool may_share = ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
   const bool is_given = StartsFromGiven(pushes_[island].way);
   const Vector3 given = is_given ? Vector3(sign * recalled.given) : Vector3::Zero();
   solver_->AddContact({.body = pushed.solved_as,
@@ -433,7 +433,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                        .braked = sign * recalled.braked,
                        .grip = recalled.grip,
                        .correction = pair.correction,
-                       .patch_point = is_shared ? std::optional(index - pair.first_point) : std::nullopt,
+                       .shared_axis = may_share ? recalled.shared_axis : std::nullopt,
                        .rolling_friction = pair.material.rolling_friction,
                        .spinning_friction = pair.material.spinning_friction,
                        .relative_spin = pushed.angular_velocity - other.angular_velocity,
