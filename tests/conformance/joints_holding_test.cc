@@ -266,7 +266,9 @@ TEST_P(JointsHolding, JointsThatContradictEachOtherLeaveTheirWorldUsableUnderWha
     const EntityId held = Add(*world, Body(Capsule{0.5, 0.5}, {0, 0, 1}));
     const EntityId falling = Add(*world, Body(Box{{0.5, 0.5, 0.5}}, {0, 0, random.Uniform(3, 5)}));
     JointDesc hinge = ToWorld(held, HingeJoint{});
-    hinge.frame_in_b = Pose{Vector3::Zero(), random.Turn()};
+    hinge.frame_in_b =
+        Pose{Vector3(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1)), random.Turn()};
+    hinge.frame_in_a = Pose{Vector3::Zero(), random.Turn()};
     Join(*world, hinge);
     SliderJoint slider;
     slider.axis.limits = {.lower = random.Uniform(0, 2), .upper = random.Uniform(2, 3)};
