@@ -108,9 +108,9 @@ void HostedWorld::UpdateSummary() { summary_.Update(world_->scene().world, stamp
 // Who hears of a step and asks where the world is finds it there.
 std::shared_ptr<const EventChunk> HostedWorld::PublishEvents() {
   state_hash_.reset();
-  UpdateSummary();
   std::vector<Event> events = world_->TakeEvents();
   if (events.empty()) return nullptr;
+  UpdateSummary();
   auto chunk = std::make_shared<const EventChunk>(stamp(), std::move(events));
   events_->Append(chunk->stamp(), chunk);
   return chunk;
@@ -118,7 +118,10 @@ std::shared_ptr<const EventChunk> HostedWorld::PublishEvents() {
 
 std::shared_ptr<const EventChunk> HostedWorld::Publish() {
   auto chunk = PublishEvents();
-  if (chunk == nullptr) events_->Append(stamp(), nullptr);
+  if (chunk == nullptr) {
+    UpdateSummary();
+    events_->Append(stamp(), nullptr);
+  }
   if (frames_->HasViewers()) frames_->Publish(*world_, stamp(), keyframes_);
   return chunk;
 }

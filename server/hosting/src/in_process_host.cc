@@ -198,6 +198,8 @@ void InProcessHost::Tell(const WorldCall& call, const Reply& reply) const {
     reply(status.ok() ? Result<EncodedMessage>(EncodedMessage{EncodeReply(hosted_->summary().Tell())}) : status);
   } catch (const std::bad_alloc&) {
     reply(NoMemory());
+  } catch (const std::exception& exception) {
+    reply(absl::InternalError(std::string("the request failed: ") + exception.what()));
   }
 }
 

@@ -206,6 +206,9 @@ void WorldDirectory::List(const Bytes& request, const Reply& reply) {
     ListPage(request, reply);
   } catch (const std::bad_alloc&) {
     reply(Refuse(Reason::kLimitExceeded, "", "there is not enough memory for this request"));
+  } catch (const std::exception& exception) {
+    // Nothing may leave: this is a thread of gRPC's, which would end the program.
+    reply(absl::InternalError(std::string("the request failed: ") + exception.what()));
   }
 }
 
