@@ -30,7 +30,8 @@ void ForEachSpring(const Scene& scene, Visit visit) {
 
 bool RestedEnough(const Scene& scene, const LayerState& layer, uint32_t row) {
   const BodyTraits& traits = TraitsOf(scene, row);
-  return traits.may_sleep && layer.rest_times[row] >= traits.rest_time;
+  const double time = layer.rest_times[row];
+  return traits.may_sleep && time > 0 && time >= traits.rest_time;
 }
 
 bool IsHeld(const SceneJoint& joint, const LayerState& layer) {

@@ -71,6 +71,21 @@ TEST_P(Sleeping, ABodyThatMayNotSleepStaysAwake) {
   EXPECT_FALSE(Asleep(*world, id));
 }
 
+TEST_P(Sleeping, WithoutARestTimeABodySleepsOnceItRestsAndNotBefore) {
+  WorldDesc desc{.engine = GetParam(), .ground_plane = true};
+  desc.default_auto_disable.rest_time = 0;
+  const auto world = testing::MakeWorld(desc);
+  const EntityId lying = Add(*world, Crate({5, 0, 0.5})), falling = Add(*world, Crate({0, 0, 3}));
+
+  Steps(*world, 3);
+  EXPECT_TRUE(Asleep(*world, lying));
+  EXPECT_FALSE(Asleep(*world, falling));
+
+  Steps(*world, 60);
+  EXPECT_TRUE(Asleep(*world, falling));
+  EXPECT_NEAR(PositionOf(*world, falling).z(), 0.5, 1e-3);
+}
+
 TEST_P(Sleeping, AHitWakesTheWholeIslandAndEndsNoContact) {
   const auto world = MakeWorld();
   const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
