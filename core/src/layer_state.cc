@@ -41,6 +41,14 @@ void Put(ByteWriter& out, const TouchingPair& value) {
   out.Put(a_is_sensor);
 }
 
+void Put(ByteWriter& out, const Rest& value) {
+  const auto& [time, watched, from] = value;
+  out.Put(time);
+  out.Put(watched);
+  out.Put(from.position);
+  out.Put(from.orientation);
+}
+
 void Put(ByteWriter& out, const PendingForce& value) {
   const auto& [id, force, torque, point, at_center_of_mass, coordinates, steps_left, is_sampled] = value;
   out.Put(id.packed());
@@ -115,7 +123,7 @@ void Put(ByteWriter& out, const HalfStep& value) {
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
-  const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, moving, faulted, touching,
+  const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rests, moving, faulted, touching,
                lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep, samples,
                samples_step] = state;
   ByteWriter out(bytes);
@@ -124,7 +132,8 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.Put(next_event_sequence);
   Put(out, ids);
   out.Put(next_force_field);
-  out.PutColumn(rest_times);
+  out.Put(uint64_t{rests.size()});
+  for (const Rest& rest : rests) Put(out, rest);
   out.PutColumn(moving);
   out.PutColumn(faulted);
   for (const std::vector<TouchingPair>* pairs : {&touching, &lying}) {

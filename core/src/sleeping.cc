@@ -4,6 +4,7 @@
 #include <array>
 
 #include "disjoint_sets.h"
+#include "resting.h"
 #include "running_surfaces.h"
 
 namespace genphys {
@@ -26,12 +27,6 @@ void ForEachSpring(const Scene& scene, Visit visit) {
     const auto* spring = std::get_if<SpringField>(&field.kind);
     if (spring != nullptr && !spring->a.is_null() && !spring->b.is_null()) visit(spring->a.index(), spring->b.index());
   }
-}
-
-bool RestedEnough(const Scene& scene, const LayerState& layer, uint32_t row) {
-  const BodyTraits& traits = TraitsOf(scene, row);
-  const double time = layer.rest_times[row];
-  return traits.may_sleep && time > 0 && time >= traits.rest_time;
 }
 
 bool IsHeld(const SceneJoint& joint, const LayerState& layer) {
@@ -58,20 +53,14 @@ void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<u
 }  // namespace
 
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const RowMarks& pushed, const JointIndex& joints, const std::vector<uint8_t>& active,
-                                   double step_size, LayerState& layer) {
-  bool any = false;
-  for (EntityRow entity : rows) {
-    const uint32_t row = Index(entity);
-    const auto [moves, turns] = Motions(state, row, TraitsOf(scene, row));
-    layer.rest_times[row] = !moves && !turns && !pushed[entity] ? layer.rest_times[row] + step_size : 0;
-    any = any || RestedEnough(scene, layer, row);
-  }
-  if (!any) return {};
+                                   const JointIndex& joints, const std::vector<uint8_t>& active,
+                                   const LayerState& layer) {
+  const auto has_rested = [&](EntityRow row) { return HasRested(scene, layer, Index(row)); };
+  if (std::ranges::none_of(rows, has_rested)) return {};
 
   DisjointSets islands(state.rows());
   std::vector<uint8_t> restless(state.rows());
-  for (EntityRow row : rows) restless[Index(row)] = !RestedEnough(scene, layer, Index(row));
+  for (EntityRow row : rows) restless[Index(row)] = !has_rested(row);
   const auto disturb = [&](uint32_t row, uint32_t other) {
     const auto& body = scene.entities[other]->desc->rigid_body;
     if (body && HasRunningSurface(*body)) restless[row] = true;

@@ -10,11 +10,11 @@
 
 namespace genphys {
 
-/// Advances the rest times of the awake dynamic `rows` that nobody has `pushed` by `step_size` seconds and returns the
-/// rows of all islands (dynamic bodies that touch or are joined) in which every body has rested long enough, ascending.
+/// Those of the awake dynamic `rows` whose islands (dynamic bodies that touch or are joined) are of bodies that have
+/// all rested long enough, ascending.
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const RowMarks& pushed, const JointIndex& joints, const std::vector<uint8_t>& active,
-                                   double step_size, LayerState& layer);
+                                   const JointIndex& joints, const std::vector<uint8_t>& active,
+                                   const LayerState& layer);
 
 /// How many groups the awake dynamic `rows` make that touch or are joined; who does neither is a group alone.
 uint32_t CountIslands(const Scene& scene, const LayerState& layer, const JointIndex& joints,

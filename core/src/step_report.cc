@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "event_order.h"
+#include "resting.h"
 #include "sleeping.h"
 #include "step_run.h"
 
@@ -51,8 +52,9 @@ void StepRun::Report() {
   const auto in_engine = static_cast<std::ptrdiff_t>(rows_.size());
   for (const Flyer& flyer : flyers_) rows_.push_back(flyer.row);
   std::inplace_merge(rows_.begin(), rows_.begin() + in_engine, rows_.end());
-  const std::vector<EntityRow> sleepers = RowsToSleep(world_.scene_, state_, rows_, scratch_.pushed,
-                                                      world_.joint_index_, world_.active_, step_size_, layer);
+  AdvanceRests(world_.scene_, state_, rows_, scratch_.pushed, step_size_, layer);
+  const std::vector<EntityRow> sleepers =
+      RowsToSleep(world_.scene_, state_, rows_, world_.joint_index_, world_.active_, layer);
   world_.RememberTouches(sleepers);
   for (EntityRow row : sleepers) {
     PutToSleep(row);

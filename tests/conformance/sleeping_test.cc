@@ -1,5 +1,9 @@
 // Rest costs nothing and ends in the step that something happens.
+#include <algorithm>
+#include <vector>
+
 #include "conformance/engine_test.h"
+#include "support/random.h"
 
 namespace genphys::testing {
 namespace {
@@ -84,6 +88,64 @@ TEST_P(Sleeping, WithoutARestTimeABodySleepsOnceItRestsAndNotBefore) {
   Steps(*world, 60);
   EXPECT_TRUE(Asleep(*world, falling));
   EXPECT_NEAR(PositionOf(*world, falling).z(), 0.5, 1e-3);
+}
+
+TEST_P(Sleeping, ALargePileThatTremblesFallsAsleep) {
+  Proves({Claim::kContacts});
+  // Layers in disorder, so that they make a pile and no columns; of so many contacts few are swept at rest.
+  const auto world = MakeWorld();
+  Random random(5);
+  constexpr int kRow = 5, kLayers = 4;
+  std::vector<EntityId> boxes;
+  for (int i = 0; i < kRow * kRow * kLayers; ++i) {
+    const int layer = i / (kRow * kRow);
+    const double aside = layer % 2 == 0 ? -0.3 : 0.3;
+    EntityDesc crate = Crate({1.3 * (i % kRow) + aside, 1.3 * (i / kRow % kRow) + aside, 0.6 + 1.1 * layer});
+    crate.pose.orientation = Quaternion(Eigen::AngleAxisd(random.Uniform(-0.3, 0.3), Vector3::UnitZ()));
+    boxes.push_back(Add(*world, crate));
+  }
+  Steps(*world, 15 * 60);
+  const auto asleep = std::ranges::count_if(boxes, [&](EntityId id) { return Asleep(*world, id); });
+  EXPECT_EQ(asleep, static_cast<std::ptrdiff_t>(boxes.size()));
+}
+
+TEST_P(Sleeping, WhatGoesSlowlyButGetsSomewhereStaysAwake) {
+  Proves({Claim::kContacts});
+  // On a smooth floor, each at half as much again as what rests at most; and one that is slow enough.
+  const auto world = MakeWorld();
+  const auto add = [&](double y, double speed, double spin) {
+    EntityDesc crate = Crate({0, y, 0.5});
+    crate.rigid_body->geometries[0].material = {.friction = 0};
+    crate.rigid_body->linear_velocity = {speed, 0, 0};
+    crate.rigid_body->angular_velocity = {0, 0, spin};
+    return Add(*world, crate);
+  };
+  const EntityId sliding = add(0, 0.03, 0), turning = add(3, 0, 0.075), slow = add(6, 0.015, 0.03);
+  Steps(*world, 300);
+  EXPECT_FALSE(Asleep(*world, sliding));
+  EXPECT_FALSE(Asleep(*world, turning));
+  EXPECT_TRUE(Asleep(*world, slow));
+  EXPECT_NEAR(PositionOf(*world, sliding).x(), 0.15, 1e-6);
+}
+
+TEST_P(Sleeping, WhatHopsOrSwingsStaysAwakeHoweverLittle) {
+  Proves({Claim::kContacts, Claim::kRestitution, Claim::kSpringField});
+  // Hops of 0.6 mm at up to 0.025 m/s.
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -0.5}, .ground_plane = true};
+  desc.default_material = {.friction = 0, .restitution = 1};
+  const auto world = testing::MakeWorld(desc);
+  const EntityId hopping = Add(*world, Ball({0, 0, 0.5 + 6.25e-4}));
+  // To and fro by 2 mm at up to 0.05 m/s, on nothing.
+  EntityDesc mass = Ball({5, 0, 5});
+  mass.rigid_body->gravity_scale = 0;
+  mass.rigid_body->linear_velocity = {0.05, 0, 0};
+  const EntityId swinging = Add(*world, mass);
+  Do(*world, CreateForceField{{.kind = SpringField{.a = swinging, .point_in_b = {5, 0, 5}, .stiffness = 625}}});
+  for (int i = 0; i < 300; ++i) {
+    Steps(*world, 1);
+    ASSERT_FALSE(Asleep(*world, hopping)) << "step " << i;
+    ASSERT_FALSE(Asleep(*world, swinging)) << "step " << i;
+  }
 }
 
 TEST_P(Sleeping, AHitWakesTheWholeIslandAndEndsNoContact) {

@@ -1,0 +1,89 @@
+#include "resting.h"
+
+namespace genphys {
+namespace {
+
+// So many times as fast as who rests at most. (Of 100 boxes that lie on each other and are swept 20 times a substep the
+// fastest has 0.8 of those speeds in the median of all steps, and up to 4 in one of 240.)
+constexpr double kTrembleMax = 4;
+
+enum class Motion { kRests, kTrembles, kMoves };
+
+Motion MotionOf(const StateArrays& state, uint32_t row, const BodyTraits& traits, bool is_pushed) {
+  const double speed = state.linear_velocities.col(row).norm(), spin = state.angular_velocities.col(row).norm();
+  if (speed <= traits.rest_speed && spin <= traits.rest_spin && !is_pushed) return Motion::kRests;
+  const bool is_slow = speed <= kTrembleMax * traits.rest_speed && spin <= kTrembleMax * traits.rest_spin;
+  return is_slow ? Motion::kTrembles : Motion::kMoves;
+}
+
+bool IsThere(const Rest& rest, const Pose& pose, const SceneEntity& entity) {
+  const BodyTraits& traits = entity.traits;
+  const Vector3& center = entity.mass.center_of_mass;
+  const double way = (pose.Transform(center) - rest.from.Transform(center)).norm();
+  return way <= traits.rest_speed * traits.rest_time &&
+         pose.orientation.angularDistance(rest.from.orientation) <= traits.rest_spin * traits.rest_time;
+}
+
+void Advance(Rest& rest, const Pose& pose, double rest_time, double step_size) {
+  const bool begins = rest.time == 0;
+  rest.time += step_size;
+  rest.watched += step_size;
+  if (!begins && rest.watched < rest_time) return;
+  rest.watched = 0;
+  rest.from = pose;
+}
+
+// By row.
+std::vector<uint8_t> WhoTouches(const StateArrays& state, const LayerState& layer) {
+  std::vector<uint8_t> touches(state.rows());
+  for (const TouchingPair& touching : layer.touching) {
+    if (touching.is_sensor) continue;
+    touches[touching.pair.a.index()] = touches[touching.pair.b.index()] = true;
+  }
+  return touches;
+}
+
+}  // namespace
+
+void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
+                  const RowMarks& pushed, double step_size, LayerState& layer) {
+  std::vector<uint32_t> trembling;
+  const auto advance = [&](uint32_t row) {
+    Advance(layer.rests[row], state.pose(EntityRow{row}), scene.entities[row]->traits.rest_time, step_size);
+  };
+  for (const EntityRow entity : rows) {
+    const uint32_t row = Index(entity);
+    switch (MotionOf(state, row, scene.entities[row]->traits, pushed[entity])) {
+      case Motion::kRests:
+        advance(row);
+        break;
+      case Motion::kTrembles:
+        trembling.push_back(row);
+        break;
+      case Motion::kMoves:
+        layer.rests[row].time = 0;
+        break;
+    }
+  }
+  if (trembling.empty()) return;
+  const std::vector<uint8_t> touches = WhoTouches(state, layer);
+  for (const uint32_t row : trembling) {
+    // What hops or was pushed from outside moves.
+    const HalfStep& half = layer.half_steps[row];
+    Rest& rest = layer.rests[row];
+    const bool may_rest = rest.time > 0 && touches[row] && !half.is_struck && !half.restarts;
+    if (may_rest && IsThere(rest, state.pose(EntityRow{row}), *scene.entities[row])) {
+      advance(row);
+    } else {
+      rest.time = 0;
+    }
+  }
+}
+
+bool HasRested(const Scene& scene, const LayerState& layer, uint32_t row) {
+  const BodyTraits& traits = scene.entities[row]->traits;
+  const double time = layer.rests[row].time;
+  return traits.may_sleep && time > 0 && time >= traits.rest_time;
+}
+
+}  // namespace genphys
