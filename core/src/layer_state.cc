@@ -41,10 +41,9 @@ void Put(ByteWriter& out, const TouchingPair& value) {
   out.Put(a_is_sensor);
 }
 
-void Put(ByteWriter& out, const Rest& value) {
-  const auto& [time, watched, from] = value;
+void Put(ByteWriter& out, const RestWatch& value) {
+  const auto& [time, from] = value;
   out.Put(time);
-  out.Put(watched);
   out.Put(from.position);
   out.Put(from.orientation);
 }
@@ -123,17 +122,17 @@ void Put(ByteWriter& out, const HalfStep& value) {
 
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
-  const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rests, moving, faulted, touching,
-               lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep, samples,
-               samples_step] = state;
+  const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, rest_watches, moving,
+               faulted, touching, lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep,
+               samples, samples_step] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
   out.Put(next_event_sequence);
   Put(out, ids);
   out.Put(next_force_field);
-  out.Put(uint64_t{rests.size()});
-  for (const Rest& rest : rests) Put(out, rest);
+  out.PutColumn(rest_times);
+  for (const RestWatch& watch : rest_watches) Put(out, watch);
   out.PutColumn(moving);
   out.PutColumn(faulted);
   for (const std::vector<TouchingPair>* pairs : {&touching, &lying}) {

@@ -16,21 +16,19 @@ Motion MotionOf(const StateArrays& state, uint32_t row, const BodyTraits& traits
   return is_slow ? Motion::kTrembles : Motion::kMoves;
 }
 
-bool IsThere(const Rest& rest, const Pose& pose, const SceneEntity& entity) {
+bool IsThere(const Pose& from, const Pose& pose, const SceneEntity& entity) {
   const BodyTraits& traits = entity.traits;
   const Vector3& center = entity.mass.center_of_mass;
-  const double way = (pose.Transform(center) - rest.from.Transform(center)).norm();
+  const double way = (pose.Transform(center) - from.Transform(center)).norm();
   return way <= traits.rest_speed * traits.rest_time &&
-         pose.orientation.angularDistance(rest.from.orientation) <= traits.rest_spin * traits.rest_time;
+         pose.orientation.angularDistance(from.orientation) <= traits.rest_spin * traits.rest_time;
 }
 
-void Advance(Rest& rest, const Pose& pose, double rest_time, double step_size) {
-  const bool begins = rest.time == 0;
-  rest.time += step_size;
-  rest.watched += step_size;
-  if (!begins && rest.watched < rest_time) return;
-  rest.watched = 0;
-  rest.from = pose;
+void Advance(double& time, RestWatch& watch, const Pose& pose, double rest_time, double step_size) {
+  const bool begins = time == 0;
+  time += step_size;
+  watch.time += step_size;
+  if (begins || watch.time >= rest_time) watch = {0, pose};
 }
 
 // By row.
@@ -49,7 +47,8 @@ void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vecto
                   const RowMarks& pushed, double step_size, LayerState& layer) {
   std::vector<uint32_t> trembling;
   const auto advance = [&](uint32_t row) {
-    Advance(layer.rests[row], state.pose(EntityRow{row}), scene.entities[row]->traits.rest_time, step_size);
+    const double rest_time = scene.entities[row]->traits.rest_time;
+    Advance(layer.rest_times[row], layer.rest_watches[row], state.pose(EntityRow{row}), rest_time, step_size);
   };
   for (const EntityRow entity : rows) {
     const uint32_t row = Index(entity);
@@ -61,7 +60,7 @@ void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vecto
         trembling.push_back(row);
         break;
       case Motion::kMoves:
-        layer.rests[row].time = 0;
+        layer.rest_times[row] = 0;
         break;
     }
   }
@@ -70,19 +69,18 @@ void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vecto
   for (const uint32_t row : trembling) {
     // What hops or was pushed from outside moves.
     const HalfStep& half = layer.half_steps[row];
-    Rest& rest = layer.rests[row];
-    const bool may_rest = rest.time > 0 && touches[row] && !half.is_struck && !half.restarts;
-    if (may_rest && IsThere(rest, state.pose(EntityRow{row}), *scene.entities[row])) {
+    const bool may_rest = layer.rest_times[row] > 0 && touches[row] && !half.is_struck && !half.restarts;
+    if (may_rest && IsThere(layer.rest_watches[row].from, state.pose(EntityRow{row}), *scene.entities[row])) {
       advance(row);
     } else {
-      rest.time = 0;
+      layer.rest_times[row] = 0;
     }
   }
 }
 
 bool HasRested(const Scene& scene, const LayerState& layer, uint32_t row) {
   const BodyTraits& traits = scene.entities[row]->traits;
-  const double time = layer.rests[row].time;
+  const double time = layer.rest_times[row];
   return traits.may_sleep && time > 0 && time >= traits.rest_time;
 }
 

@@ -8,8 +8,8 @@
 
 namespace genphys {
 
-/// Advances LayerState::rests of the awake dynamic `rows` by `step_size` seconds, or ends the rest of who moves. At
-/// rest is who is no faster than its AutoDisable says and has not been `pushed` out of an overlap. What lies on
+/// Advances LayerState::rest_times of the awake dynamic `rows` by `step_size` seconds, or ends the rest of who moves.
+/// At rest is who is no faster than its AutoDisable says and has not been `pushed` out of an overlap. What lies on
 /// something trembles by what few sweeps leave over: once at rest it stays so while it is no more than a few times as
 /// fast and comes no farther within its rest time than it would at the speeds of its AutoDisable.
 void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,

@@ -28,7 +28,7 @@ void StepUndo::Keep(EntityRow entity) {
                    .angular_velocity = state.angular_velocities.col(row),
                    .asleep = state.asleep[row] != 0,
                    .faulted = layer.faulted[row] != 0,
-                   .rest_time = layer.rests[row].time,
+                   .rest_time = layer.rest_times[row],
                    .half = layer.half_steps[row],
                    .last_touches = layer.last_touches[row]});
 }
@@ -80,7 +80,7 @@ void StepUndo::PutBack(const Row& saved) {
   state.angular_velocities.col(row) = saved.angular_velocity;
   state.asleep[row] = saved.asleep;
   layer.faulted[row] = saved.faulted;
-  layer.rests[row].time = saved.rest_time;
+  layer.rest_times[row] = saved.rest_time;
   layer.half_steps[row] = saved.half;
   layer.last_touches[row] = saved.last_touches;
   // What an engine has solved is more exact than the columns made of it, which it need not be told.

@@ -262,7 +262,7 @@ void World::Wake(EntityRow row) {
   if (!state_.asleep[Index(row)] || layer_.faulted[Index(row)]) return;
   if (undo_ != nullptr) undo_->Keep(row);
   state_.asleep[Index(row)] = false;
-  layer_.rests[Index(row)].time = 0;
+  layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();
   layer_.half_steps[Index(row)].Forget();
   // Something held it, or it would not have slept; whether that still does, the next solve tells.

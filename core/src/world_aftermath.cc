@@ -25,7 +25,7 @@ void World::Unforce(EntityId id) {
 
 void World::WakeIslandOf(EntityRow row) {
   if (undo_ != nullptr) undo_->Keep(row);
-  layer_.rests[Index(row)].time = 0;
+  layer_.rest_times[Index(row)] = 0;
   if (state_.asleep[Index(row)]) aftermath_.stirred.push_back(row);
 }
 

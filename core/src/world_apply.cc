@@ -144,7 +144,8 @@ void World::Grow() {
   const size_t rows = scene_.entities.size() * 3 / 2 + 1;
   scene_.entities.resize(rows);
   geometry_rows_.resize(rows);
-  layer_.rests.resize(rows);
+  layer_.rest_times.resize(rows);
+  layer_.rest_watches.resize(rows);
   layer_.moving.resize(rows);
   layer_.last_touches.resize(rows);
   layer_.half_steps.resize(rows);
@@ -166,7 +167,8 @@ void World::AttachBody(EntityRow entity) {
   state_.net_torques.col(row).setZero();
   state_.asleep[row] = false;
   layer_.faulted[row] = false;
-  layer_.rests[row] = {};
+  layer_.rest_times[row] = 0;
+  layer_.rest_watches[row] = {};
   layer_.moving[row] = 0;
   layer_.last_touches[row].clear();
   layer_.half_steps[row].Forget();
@@ -268,7 +270,8 @@ void World::Delete(EntityId id) {
   state_.net_torques.col(id.index()).setZero();
   state_.asleep[id.index()] = false;
   layer_.faulted[id.index()] = false;
-  layer_.rests[id.index()] = {};
+  layer_.rest_times[id.index()] = 0;
+  layer_.rest_watches[id.index()] = {};
   layer_.last_touches[id.index()].clear();
   layer_.half_steps[id.index()].Forget();
   layer_.ids.Free(id);
@@ -376,7 +379,7 @@ void World::Revive(EntityRow row) {
   if (!layer_.faulted[Index(row)]) return;
   layer_.faulted[Index(row)] = false;
   state_.asleep[Index(row)] = false;
-  layer_.rests[Index(row)].time = 0;
+  layer_.rest_times[Index(row)] = 0;
   UpdateActive(row);
 }
 

@@ -105,10 +105,9 @@ struct HalfStep {
   void Forget() { *this = HalfStep{}; }
 };
 
-/// How long an entity has been at rest, and from where it is watched that it stays there.
-struct Rest {
-  double time = 0;     // s at rest so far
-  double watched = 0;  // s since it was at `from`
+/// From where an entity at rest is watched that it stays there.
+struct RestWatch {
+  double time = 0;  // s since it was there
   Pose from;
 };
 
@@ -120,9 +119,10 @@ struct LayerState {
   uint64_t next_event_sequence = 1;
   ForceFieldId next_force_field = 1;
   IdAllocator ids;
-  std::vector<Rest> rests;       // by row
-  std::vector<uint8_t> moving;   // bit 0: in translation, bit 1: in rotation, as last told; by row
-  std::vector<uint8_t> faulted;  // left the bounds and was disabled, by row
+  std::vector<double> rest_times;       // s at rest so far, by row
+  std::vector<RestWatch> rest_watches;  // of who rests, by row
+  std::vector<uint8_t> moving;          // bit 0: in translation, bit 1: in rotation, as last told; by row
+  std::vector<uint8_t> faulted;         // left the bounds and was disabled, by row
   // Ascending both. Pairs of which somebody is active are in the first, so that the second one costs nothing.
   std::vector<TouchingPair> touching;
   std::vector<TouchingPair> lying;
