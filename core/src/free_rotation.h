@@ -26,8 +26,8 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const V
                      const Matrix3& inverse_tensor, double time);
 
 /// Where a free body that is at `before` and turns by `spin_before` (rad/s, world) is after `time` seconds, and how it
-/// turns then: with constant angular momentum, by the classical Runge-Kutta method of fourth order in steps of less
-/// than a radian.
+/// turns then: with constant angular momentum, by the closed form of symmetric bodies, or by methods of fourth order in
+/// steps of less than a radian.
 struct FreeRotation {
   FreeRotation(const Quaternion& before, const Vector3& spin_before, const MassProperties& mass, double time);
   Quaternion orientation;
