@@ -27,7 +27,8 @@ struct Mover {
   Vector3 momentum_start = Vector3::Zero();  // angular, at the start of the step
   double past = 0;                           // s of the last substep that forces of fields are still owed for
   Push steady;                               // gravity and the forces of commands
-  Push field;                                // force fields
+  Push field;                                // force fields and samples
+  Push pull;                                 // force fields, where the substep began
   Vector3 linear_given = Vector3::Zero();    // the engine was given
   Vector3 spin_given = Vector3::Zero();
   Vector3 momentum = Vector3::Zero();  // angular, in the middle of the substep without contacts and joints

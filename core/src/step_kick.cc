@@ -115,6 +115,13 @@ Push StepRun::SteadyPush(EntityRow row) const {
   return push;
 }
 
+// Of force fields, where they were last looked at.
+Push StepRun::FieldPush(EntityRow row) const {
+  if (scratch_.field_wrenches.empty()) return {};
+  const Wrench& wrench = std::as_const(scratch_.field_wrenches)[row];
+  return {wrench.force / world_.scene_.entities[Index(row)]->mass.mass, wrench.torque};
+}
+
 // From the boundary back to the middle of the last substep.
 void StepRun::BeginMover(Mover& mover) {
   const uint32_t row = Index(mover.row);
@@ -161,11 +168,7 @@ void StepRun::KickMover(Mover& mover, double h) {
   mover.yield = held != nullptr ? 1 / held->factor : 1;
   const uint32_t row = Index(mover.row);
   const auto& [id, desc, mass, traits] = *world_.scene_.entities[row];
-  mover.field = {};
-  if (!scratch_.field_wrenches.empty()) {
-    const Wrench& wrench = std::as_const(scratch_.field_wrenches)[mover.row];
-    mover.field = {wrench.force / mass.mass, wrench.torque};
-  }
+  mover.field = mover.pull = FieldPush(mover.row);
   const Push late = AddSample(mover);
   // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
   const HalfStep& half = world_.layer_.half_steps[row];
@@ -249,8 +252,12 @@ void StepRun::EndMover(Mover& mover, double h) {
     const Vector3 way = state_.pose(mover.row).Transform(center) - mover.start.Transform(center);
     if ((way - h * half.velocity).norm() > traits.rest_speed * h) scratch_.pushed.Mark(mover.row);
   }
-  Vector3 linear = half.velocity + half.steady_kick + h / 2 * mover.field.acceleration;
-  Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * mover.field.torque);
+  // By the fields of where it is now.
+  const Push pull = FieldPush(mover.row);
+  const Vector3 acceleration = mover.field.acceleration + (pull.acceleration - mover.pull.acceleration);
+  const Vector3 torque = mover.field.torque + (pull.torque - mover.pull.torque);
+  Vector3 linear = half.velocity + half.steady_kick + h / 2 * acceleration;
+  Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * torque);
   Brake(mover, h / 2, linear, momentum);
   state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, traits.linear_speed_max);
   const Vector3 spin = mover.turned.inverse * (momentum + half.held_momentum);

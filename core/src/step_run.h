@@ -88,6 +88,7 @@ class StepRun {
   Push AddSample(Mover& mover) const;
   void GatherFields(double h);
   Push SteadyPush(EntityRow row) const;
+  Push FieldPush(EntityRow row) const;
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);
   void TakeTensors(Mover& mover) const;

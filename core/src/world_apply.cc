@@ -35,6 +35,27 @@ bool IsDynamic(const EntityDesc& desc) {
   return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
 }
 
+bool IsSame(const MassProperties& a, const MassProperties& b) {
+  return a.mass == b.mass && a.center_of_mass == b.center_of_mass && a.tensor == b.tensor;
+}
+
+// But for what rounding makes of its length.
+bool IsSame(const Quaternion& unit, const Quaternion& any) {
+  constexpr double kRounding = 4e-16;
+  return (any.normalized().coeffs() - unit.coeffs()).cwiseAbs().maxCoeff() <= kRounding;
+}
+
+// After velocity and momentum were changed by that much. What joints hold keeps its leapfrog: what they owe is known
+// better to it than to the columns, and who is pushed at every step would get energy out of that. What is free or
+// touches something starts anew, for how it is held may be another matter from now on.
+void GoOnWith(const Vector3& gained, const Vector3& turned, bool is_jointed, HalfStep& half) {
+  if (half.restarts || (gained.isZero(0) && turned.isZero(0))) return;
+  if (!is_jointed) return half.Restart();
+  half.velocity += gained;
+  half.momentum += turned;
+  half.is_struck = true;
+}
+
 }  // namespace
 
 Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
@@ -222,6 +243,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const Vector3 linear = state_.linear_velocities.col(slot), angular = state_.angular_velocities.col(slot);
     // Forces act on, on a body of another shape, unless it is a new one or is moved by none.
     if (fields.Has(EntityField::kRigidBody) || !IsDynamic(*desc)) Unforce(command.id);
+    const bool is_as_heavy = had_body && IsSame(entity.mass, mass);
+    const HalfStep half = layer_.half_steps[slot];
     DetachBody(row);
     entity.Become(std::move(desc), mass);
     AttachBody(row);
@@ -229,6 +252,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const bool goes_on = had_body && !fields.Has(EntityField::kRigidBody) && entity.desc->rigid_body &&
                          entity.desc->rigid_body->motion_type != MotionType::kStatic;
     if (goes_on) SetVelocityNow({command.id, linear, angular});
+    if (goes_on && is_as_heavy) layer_.half_steps[slot] = half;
     if (!goes_on || entity.desc->rigid_body->motion_type != MotionType::kKinematic) EndPassage(command.id);
   } else {
     const bool has_body = entity.desc->rigid_body.has_value();
@@ -320,10 +344,14 @@ void World::SetVelocityNow(const SetVelocity& command) {
   const uint32_t slot = command.id.index();
   const EntityRow row{slot};
   Revive(row);
+  const Vector3 linear = state_.linear_velocities.col(slot), angular = state_.angular_velocities.col(slot);
   if (command.linear) state_.linear_velocities.col(slot) = *command.linear;
   if (command.angular) state_.angular_velocities.col(slot) = *command.angular;
-  layer_.half_steps[slot].Restart();
   DropLockedOf(row);
+  const Matrix3& tensor = scene_.entities[slot]->mass.tensor;
+  GoOnWith(state_.linear_velocities.col(slot) - linear,
+           WorldTensor(state_.pose(row).orientation, tensor) * (state_.angular_velocities.col(slot) - angular),
+           !joint_index_.Of(row).empty(), layer_.half_steps[slot]);
   TellPose(row);
   WakeIslandOf(row);
   if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
@@ -342,11 +370,14 @@ void World::DropLockedOf(EntityRow row) {
 void World::SetPoseNow(const SetPose& command) {
   const uint32_t slot = command.id.index();
   const EntityRow row{slot};
+  const Pose before = state_.pose(row);
   if (command.position) state_.positions.col(slot) = *command.position;
-  if (command.orientation) state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
+  if (command.orientation && !IsSame(before.orientation, *command.orientation)) {
+    state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
+  }
   const EntityDesc& desc = *scene_.entities[slot]->desc;
   if (!desc.rigid_body) return;
-  layer_.half_steps[slot].Restart();
+  if (state_.pose(row) != before) layer_.half_steps[slot].Restart();
   Revive(row);
   TellPose(row);
   contacts_stale_ = true;

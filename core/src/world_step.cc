@@ -297,6 +297,7 @@ void StepRun::Substep(double h, double elapsed) {
   ShareImpulses(h);
   world_.engine_->WriteState(locked_.Finish(), state_);
   GatherForces();
+  GatherFields(h);
   for (Mover& mover : movers_) EndMover(mover, h);
   locked_.DropVelocities();
   MoveKinematic(h);
