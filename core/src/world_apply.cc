@@ -263,6 +263,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   if (fields.Has(EntityField::kIgnoredEntities) && near_ != nullptr) {
     near_->Renew(geometry_rows_[slot]);
     contacts_stale_ = true;
+    WakeNeighboursOf(row);
   }
   const EntityDesc& now = *entity.desc;
   if ((fields.bits & kMovedBy) != 0) Halt(command.id);
