@@ -7,6 +7,10 @@ namespace {
 // fastest has 0.8 of those speeds in the median of all steps, and up to 4 in one of 240.)
 constexpr double kTrembleMax = 4;
 
+// The part of the way that it would go at those speeds in its rest time. What a steady push sets in motion comes half
+// as far as at the speed that it has in the end.
+constexpr double kDriftMax = 0.5;
+
 enum class Motion { kRests, kTrembles, kMoves };
 
 Motion MotionOf(const StateArrays& state, uint32_t row, const BodyTraits& traits, bool is_pushed) {
@@ -20,8 +24,9 @@ bool IsThere(const Pose& from, const Pose& pose, const SceneEntity& entity) {
   const BodyTraits& traits = entity.traits;
   const Vector3& center = entity.mass.center_of_mass;
   const double way = (pose.Transform(center) - from.Transform(center)).norm();
-  return way <= traits.rest_speed * traits.rest_time &&
-         pose.orientation.angularDistance(from.orientation) <= traits.rest_spin * traits.rest_time;
+  const double time = kDriftMax * traits.rest_time;
+  return way <= traits.rest_speed * time &&
+         pose.orientation.angularDistance(from.orientation) <= traits.rest_spin * time;
 }
 
 void Advance(double& time, RestWatch& watch, const Pose& pose, double rest_time, double step_size) {

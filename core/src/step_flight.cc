@@ -166,6 +166,7 @@ void StepRun::FinishFlight() {
     const SceneEntity& entity = *world_.scene_.entities[row];
     const Vector3 before = state_.linear_velocities.col(row);
     Fly(flyer, step_size_);
+    NoteTurn(flyer.row, flyer.acceleration);
     state_.net_forces.col(row) = entity.mass.mass / step_size_ * (state_.linear_velocities.col(row) - before);
     state_.net_torques.col(row).setZero();
     const double damping = entity.traits.angular_damping;

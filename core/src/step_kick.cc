@@ -24,6 +24,10 @@ constexpr double kSameForce = 1e-12;
 constexpr double kBlowChange = 0.5;
 constexpr double kBlowSize = 1.5;
 
+// m/s^2: what is pushed no more than that, or than by that part of gravity, is held where it is by what pushes it.
+constexpr double kNoPush = 1e-6;
+constexpr double kBalanced = 1e-3;
+
 Vector3 Limited(const Vector3& velocity, double speed_max) {
   const double speed = velocity.norm();
   return speed > speed_max ? Vector3(velocity * (speed_max / speed)) : velocity;
@@ -262,6 +266,15 @@ void StepRun::EndMover(Mover& mover, double h) {
   state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, traits.linear_speed_max);
   const Vector3 spin = mover.turned.inverse * (momentum + half.held_momentum);
   state_.angular_velocities.col(row) = Limited(spin, traits.angular_speed_max);
+  if (half.in_flight) NoteTurn(mover.row, steady.acceleration + pull.acceleration);
+}
+
+// Who flies slowly but is pushed on only turns round, or begins to move.
+void StepRun::NoteTurn(EntityRow row, const Vector3& acceleration) {
+  const BodyTraits& traits = world_.scene_.entities[Index(row)]->traits;
+  if (!traits.may_sleep || state_.linear_velocities.col(Index(row)).norm() > traits.rest_speed) return;
+  const double gravity = std::abs(traits.gravity_scale) * world_.scene_.world.gravity.norm();
+  if (acceleration.norm() > std::max(kBalanced * gravity, kNoPush)) scratch_.pushed.Mark(row);
 }
 
 // Free, a body keeps the energy that it had before it turned. What joints turn otherwise than it would go by itself

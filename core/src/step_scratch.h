@@ -37,7 +37,7 @@ struct StepScratch {
   RowMarks flies;                                     // in the flight lane
   RowMarks steered;                                   // forces turn it or turn with it
   RowMarks strays;                                    // left the bounds of the world
-  RowMarks pushed;                                    // out of an overlap, by more than who rests would go
+  RowMarks pushed;                                    // out of an overlap, or through free space: does not rest
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };

@@ -148,6 +148,32 @@ TEST_P(Sleeping, WhatHopsOrSwingsStaysAwakeHoweverLittle) {
   }
 }
 
+TEST_P(Sleeping, WhoTurnsRoundInTheAirOrIsPushedGentlyStaysAwake) {
+  Proves({Claim::kForce});
+  for (const double rest_time : {0.0, 0.5}) {
+    WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -9.81}, .ground_plane = false};
+    desc.default_auto_disable.rest_time = rest_time;
+    desc.stepper.step_size = 1.0 / 1000;
+    const auto world = testing::MakeWorld(desc);
+    EntityDesc ball = Ball({0, 0, 0});
+    ball.rigid_body->linear_velocity = {0, 0, 1};
+    const EntityId thrown = Add(*world, ball);
+    EntityDesc weightless = Ball({5, 0, 0});
+    weightless.rigid_body->gravity_scale = 0;
+    const EntityId pushed = Add(*world, weightless);
+    Do(*world, ApplyForce{.id = pushed, .force = {0.01, 0, 0}, .steps = 3000});
+    weightless.pose.position.x() = 10;
+    const EntityId still = Add(*world, weightless);
+
+    for (int i = 0; i < 3000; ++i) {
+      Steps(*world, 1);
+      ASSERT_FALSE(Asleep(*world, thrown) || Asleep(*world, pushed)) << "step " << i;
+    }
+    EXPECT_NEAR(PositionOf(*world, pushed).x(), 5 + 0.01 * 9 / 2, 1e-9);
+    EXPECT_TRUE(Asleep(*world, still));
+  }
+}
+
 TEST_P(Sleeping, AHitWakesTheWholeIslandAndEndsNoContact) {
   const auto world = MakeWorld();
   const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
