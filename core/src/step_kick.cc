@@ -5,6 +5,7 @@
 
 #include "free_rotation.h"
 #include "genphys/limits.h"
+#include "locked_axes.h"
 #include "step_run.h"
 
 namespace genphys {
@@ -24,6 +25,8 @@ constexpr double kSameForce = 1e-12;
 constexpr double kBlowChange = 0.5;
 constexpr double kBlowSize = 1.5;
 
+// The part of a velocity that is no more than what rounding leaves of it.
+constexpr double kRounding = 1e-12;
 // m/s^2: what is pushed no more than that, or than by that part of gravity, is held where it is by what pushes it.
 constexpr double kNoPush = 1e-6;
 constexpr double kBalanced = 1e-3;
@@ -209,6 +212,15 @@ void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& m
   if (!fields_.empty()) fields_.Drag(mover.row, time, mover.turned.inverse, linear, momentum);
 }
 
+// Whether nothing but locked axes took part in what it gained, and in the momentum by which it was turned.
+bool StepRun::IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const {
+  if (gained.isZero(0) && turned.isZero(0)) return true;
+  const LockedAxes& locks = world_.scene_.entities[Index(mover.row)]->desc->rigid_body->locked_axes;
+  if (!locks.any() || scratch_.jointed[mover.row]) return false;
+  DropLocked(locks, gained, turned);
+  return gained.norm() <= kRounding * mover.linear_given.norm() && turned.norm() <= kRounding * mover.momentum.norm();
+}
+
 // What the engine made of the velocities that it was given, and the true ones at the boundary, which are shown.
 void StepRun::EndMover(Mover& mover, double h) {
   const uint32_t row = Index(mover.row);
@@ -221,7 +233,7 @@ void StepRun::EndMover(Mover& mover, double h) {
 
   half.velocity = state_.linear_velocities.col(row);
   half.momentum = mover.momentum + turned;
-  half.in_flight = gained.isZero(0) && turned.isZero(0);
+  half.in_flight = IsUntouched(mover, gained, turned);
   const Push steady = scratch_.wrenches.empty() ? mover.steady : SteadyPush(mover.row);
   half.steady_kick = h / 2 * steady.acceleration;
   half.steady_twist = h / 2 * steady.torque;

@@ -89,6 +89,7 @@ class StepRun {
   void GatherFields(double h);
   Push SteadyPush(EntityRow row) const;
   Push FieldPush(EntityRow row) const;
+  bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
   void NoteTurn(EntityRow row, const Vector3& acceleration);
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);

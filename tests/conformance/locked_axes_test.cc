@@ -90,6 +90,28 @@ TEST_P(Locks, AreAsHardAsAWallToWhatHitsThem) {
   EXPECT_EQ(OrientationOf(*world, post).coeffs(), Quaternion::Identity().coeffs());
 }
 
+TEST_P(Locks, LeaveWhatBouncesInAPlaneItsEnergy) {
+  Proves({Claim::kRestitution});
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .ground_plane = true};
+  desc.default_material = {.friction = 0, .restitution = 1};
+  desc.default_auto_disable.enabled = false;
+  const auto world = testing::MakeWorld(desc);
+  EntityDesc box = Body(Box{{0.3, 0.2, 0.1}}, {0, 0, 3});
+  box.pose.orientation = Quaternion(Eigen::AngleAxisd(0.6, Vector3::UnitY()));
+  box.rigid_body->angular_velocity = {0, 2, 0};
+  const EntityId id = Add(*world, Locked(box, kFlat));
+  const double inertia = world->scene().entities[id.index()]->mass.tensor(1, 1);
+  const auto energy = [&] {
+    const double spin = SpinOf(*world, id).y();
+    return VelocityOf(*world, id).squaredNorm() / 2 + inertia * spin * spin / 2 + kGravity * PositionOf(*world, id).z();
+  };
+  const double before = energy();
+  for (int i = 0; i < 1200; ++i) {
+    Steps(*world, 1);
+    ASSERT_NEAR(energy(), before, 1e-6 * before) << "step " << i;
+  }
+}
+
 TEST_P(Locks, KeepAPushedCrateFromTipping) {
   constexpr double kForce = 8, kFriction = 0.5;
   const auto world = MakeWorld();
