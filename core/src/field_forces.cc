@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "spring_forces.h"
 #include "submersion.h"
@@ -127,15 +128,55 @@ void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, V
     if (drag.angular > 0)
       momentum = (Matrix3::Identity() + h * part * drag.angular * inverse_tensor).inverse() * momentum;
   };
+  VisitDrag(row, slow);
+}
+
+FieldForces::Resistance FieldForces::ResistanceTo(EntityRow row, const Vector3& velocity) const {
+  Resistance sum;
+  VisitDrag(row, [&](const DragField& drag, double part) {
+    const double speed = (velocity - drag.medium_velocity).norm();
+    const double rate = part * (drag.linear + drag.quadratic * speed) / entity(row).mass.mass;
+    sum.rate += rate;
+    sum.flow += rate * drag.medium_velocity;
+  });
+  return sum;
+}
+
+// What is pushed through a medium comes to the speed at which both are in balance. With more than this part of a
+// velocity taken in the time, pushes and drag in turns would not find it: of a twentyfold it is 0.3 % off with that.
+std::optional<Vector3> FieldForces::Driven(EntityRow row, double damping, double time, const Vector3& velocity,
+                                           const Vector3& acceleration) const {
+  constexpr double kMuch = 0.2;
+  constexpr int kRoundsMax = 50;
+  constexpr double kFound = 1e-12;
+  const Resistance pushed = ResistanceTo(row, velocity + time * acceleration);
+  double rate = damping + pushed.rate;
+  if (!(rate * time > kMuch)) return std::nullopt;
+  Vector3 balanced = (pushed.flow + acceleration) / rate;
+  // The mean of what resists at one guess and at the next is right at once where drag goes with the square of speed.
+  for (int i = 0; i < kRoundsMax; ++i) {
+    const Resistance resistance = ResistanceTo(row, balanced);
+    const double now = damping + resistance.rate;
+    if (now == 0) return std::nullopt;
+    const double before = std::exchange(rate, std::sqrt(rate * now));
+    balanced = resistance.flow / now + acceleration / rate;
+    if (std::abs(rate - before) <= kFound * rate) break;
+  }
+  const double slows = std::max(rate, damping + ResistanceTo(row, velocity).rate);
+  return balanced + std::exp(-slows * time) * (velocity - balanced);
+}
+
+template <typename Visit>
+void FieldForces::VisitDrag(EntityRow row, Visit visit) const {
   for (const auto& [id, field] : scene_.force_fields) {
     if (const auto* drag = std::get_if<DragField>(&field.kind)) {
-      if (ActsOn(field, row)) slow(*drag, 1);
+      if (ActsOn(field, row)) visit(*drag, 1.0);
     } else if (const auto* fluid = std::get_if<BuoyancyField>(&field.kind)) {
       // What lies below is dear to find.
       if (!Resists(fluid->drag) || !ActsOn(field, row)) continue;
       const Submersion part =
           Submerge(*entity(row).desc->rigid_body, state_.pose(row), fluid->surface_normal, fluid->surface_offset);
-      if (part.volume > 0) slow(fluid->drag, part.volume_below / part.volume);
+      if (part.volume > 0) visit(fluid->drag, part.volume_below / part.volume);
     }
   }
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "genphys/row_marks.h"
@@ -22,7 +23,21 @@ class FieldForces {
   /// world axes.
   void Drag(EntityRow row, double h, const Matrix3& inverse_tensor, Vector3& velocity, Vector3& momentum) const;
 
+  /// The velocity that `velocity` becomes in `time` seconds by a steady `acceleration`, by drag and by `damping` (1/s),
+  /// where these take much of it in that time. Nothing otherwise: pushes and drag may be taken in turns then.
+  std::optional<Vector3> Driven(EntityRow row, double damping, double time, const Vector3& velocity,
+                                const Vector3& acceleration) const;
+
  private:
+  // v' = flow - rate v, 1/s and m/s^2: how the media resist a velocity.
+  struct Resistance {
+    double rate = 0;
+    Vector3 flow = Vector3::Zero();
+  };
+  Resistance ResistanceTo(EntityRow row, const Vector3& velocity) const;
+  // Calls visit(drag, part) for each that acts on the entity, `part` of which is in the medium.
+  template <typename Visit>
+  void VisitDrag(EntityRow row, Visit visit) const;
   const SceneEntity& entity(EntityRow row) const { return *scene_.entities[Index(row)]; }
   Vector3 CenterOf(EntityRow row) const;
   bool ActsOn(const ForceField& field, EntityRow row) const;

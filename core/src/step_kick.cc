@@ -184,7 +184,9 @@ void StepRun::KickMover(Mover& mover, double h) {
   mover.twist = half.steady_twist + mover.past * mover.field.torque + late.torque;
   mover.momentum += mover.yield * mover.twist;
   Brake(mover, mover.past + h / 2, linear, mover.momentum);
-  linear += h / 2 * (mover.steady.acceleration + mover.field.acceleration);
+  const Vector3 outside = mover.steady.acceleration + mover.field.acceleration;
+  linear += h / 2 * outside;
+  linear = DrivenOr(linear, mover.row, mover.past + h / 2, state_.linear_velocities.col(row), outside);
   const Vector3 forward = h / 2 * (mover.steady.torque + mover.field.torque);
   mover.momentum += mover.yield * forward;
   mover.twist += forward;
@@ -203,6 +205,14 @@ void StepRun::KickMover(Mover& mover, double h) {
   const Quaternion orientation = state_.pose(mover.row).orientation;
   mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
+}
+
+// What media resist so much that they leave nothing of how it was pushed.
+Vector3 StepRun::DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
+                          const Vector3& acceleration) const {
+  if (fields_.empty()) return pushed;
+  const double damping = world_.scene_.entities[Index(row)]->traits.linear_damping;
+  return fields_.Driven(row, damping, time, velocity, acceleration).value_or(pushed);
 }
 
 void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const {
@@ -275,6 +285,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   Vector3 linear = half.velocity + half.steady_kick + h / 2 * acceleration;
   Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * torque);
   Brake(mover, h / 2, linear, momentum);
+  linear = DrivenOr(linear, mover.row, h / 2, half.velocity, steady.acceleration + acceleration);
   state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, traits.linear_speed_max);
   const Vector3 spin = mover.turned.inverse * (momentum + half.held_momentum);
   state_.angular_velocities.col(row) = Limited(spin, traits.angular_speed_max);

@@ -89,6 +89,8 @@ class StepRun {
   void GatherFields(double h);
   Push SteadyPush(EntityRow row) const;
   Push FieldPush(EntityRow row) const;
+  Vector3 DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
+                   const Vector3& acceleration) const;
   bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
   void NoteTurn(EntityRow row, const Vector3& acceleration);
   void BeginMover(Mover& mover);
