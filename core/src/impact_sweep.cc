@@ -24,7 +24,7 @@ class Sweeper {
   void Add(const FlownWay& way) {
     const uint32_t row = Index(way.row);
     const auto& body = world_.scene.entities[row]->desc->rigid_body;
-    if (!body || body->motion_type != MotionType::kDynamic) return;
+    if (!body || body->motion_type == MotionType::kStatic) return;
     const Pose end = world_.state.pose(way.row);
     for (size_t i = 0; i < body->geometries.size(); ++i) {
       const Geometry& geometry = body->geometries[i];
@@ -109,6 +109,7 @@ class Sweeper {
   void Meet(const Sweep& sweep, GeometryRow other, std::vector<SweptPair>& swept) const {
     const FlownWay& way = *sweep.way;
     const EntityRow target = world_.rule.info(other).entity;
+    if (world_.flies[target] || (!IsDynamic(way.row) && !IsDynamic(target))) return;
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
@@ -130,6 +131,10 @@ class Sweeper {
       std::swap(pair.geometry_a, pair.geometry_b);
     }
     swept.push_back(pair);
+  }
+
+  bool IsDynamic(EntityRow row) const {
+    return world_.scene.entities[Index(row)]->desc->rigid_body->motion_type == MotionType::kDynamic;
   }
 
   // Whether even the spheres around both are apart all the way.

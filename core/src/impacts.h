@@ -28,6 +28,7 @@ struct ImpactWorld {
   const std::vector<uint8_t>& active;
   const RowValues<Vector3>& accelerations;  // m/s^2 from outside
   const RowMarks& flew;                     // in flight before the solve of this substep
+  const RowMarks& flies;                    // moved in one go at the end of the step, with nothing in its way
   const RowMarks& jointed;                  // held by joints
   // Memory of the impacts, which leave it empty.
   RowValues<int>& struck_index;  // -1: none

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "free_rotation.h"
 #include "impact_sweep.h"
 #include "running_surfaces.h"
 #include "step_run.h"
@@ -87,9 +88,32 @@ ImpactWorld StepRun::Surroundings() {
           world_.layer_,          world_.rule_,
           world_.geometry_rows_,  world_.active_,
           scratch_.accelerations, scratch_.flew,
-          scratch_.jointed,       scratch_.struck_index,
-          scratch_.swept_index,   scratch_.earliest,
-          scratch_.free_since};
+          scratch_.flies,         scratch_.jointed,
+          scratch_.struck_index,  scratch_.swept_index,
+          scratch_.earliest,      scratch_.free_since};
+}
+
+// Where a kinematic entity was `time` seconds ago.
+Pose StepRun::LedFrom(EntityRow row, double time) const {
+  const Pose now = state_.pose(row);
+  return {now.position - time * state_.linear_velocities.col(Index(row)),
+          Turned(now.orientation, -state_.angular_velocities.col(Index(row)), time)};
+}
+
+// Who sleeps where something flew through is awake when that hits it.
+bool StepRun::WakeSwept(std::span<const SweptPair> swept) {
+  bool is_any = false;
+  for (const SweptPair& pair : swept) {
+    for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
+      if (!state_.asleep[Index(row)] || world_.layer_.faulted[Index(row)] || !IsDynamic(row)) continue;
+      world_.WakeIslandOf(row);
+      is_any = true;
+    }
+  }
+  if (!is_any) return false;
+  world_.WakeStirred();
+  CollideAndWake(nullptr);
+  return true;
 }
 
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
@@ -97,8 +121,9 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> ways;
   if (after_move) {
-    ways.reserve(movers_.size());
+    ways.reserve(movers_.size() + kinematic_rows_.size());
     for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
+    for (const EntityRow row : kinematic_rows_) ways.push_back({row, LedFrom(row, h), h});
   }
   FillRelativeVelocities(nullptr);
   RowMarks& changed = scratch_.changed;
@@ -106,6 +131,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   bool is_over = false;
   for (int wave = 0; wave < kWavesMax; ++wave) {
     const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.near_, ways, h);
+    if (WakeSwept(swept)) FillRelativeVelocities(looked_at = nullptr);
     is_over = !impacts.Solve(world_.contacts_, looked_at, swept);
     if (is_over) break;
     ways.clear();

@@ -91,6 +91,9 @@ class StepRun {
   Push FieldPush(EntityRow row) const;
   Vector3 DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
                    const Vector3& acceleration) const;
+  Pose LedFrom(EntityRow row, double time) const;
+  std::vector<EntityRow> ReserveSwift();
+  bool WakeSwept(std::span<const SweptPair> swept);
   bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
   void NoteTurn(EntityRow row, const Vector3& acceleration);
   void BeginMover(Mover& mover);

@@ -157,6 +157,37 @@ TEST_P(Pushing, APusherThatIsLedStepByStepPushesAtItsSpeed) {
   }
 }
 
+TEST_P(Pushing, AFastThinPusherPassesThroughNobodyAsleepOrAwake) {
+  Proves({Claim::kKinematicLed, Claim::kRestitution});
+  Random random(7);
+  for (int i = 0; i < 24; ++i) {
+    const double speed = random.LogUniform(5, 200);
+    const bool is_led = i % 2 == 0, sleeps = i % 4 < 2;
+    WorldDesc desc{.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false};
+    desc.default_material.restitution = 1;
+    const auto world = testing::MakeWorld(desc);
+    Require(*world, Feature::kContacts);
+    const EntityId ball = Add(*world, Ball({0, 0, 0}, 0.03));
+    EntityDesc paddle = Body(Box{{0.01, 0.2, 0.2}}, {-1 - random.Uniform(0, 1), 0, 0});
+    paddle.rigid_body->motion_type = MotionType::kKinematic;
+    const EntityId id = Add(*world, paddle);
+    if (sleeps) {
+      Steps(*world, 60);
+      ASSERT_TRUE(Asleep(*world, ball));
+    }
+    const auto steps = static_cast<uint32_t>(std::ceil(4 / speed * 60));
+    const Vector3 way = Vector3(speed * steps / 60, 0, 0);
+    if (is_led) {
+      Do(*world, SetPose{.id = id, .position = Vector3(paddle.pose.position + way), .over_steps = steps});
+    } else {
+      Do(*world, SetVelocity{id, Vector3(speed, 0, 0), Vector3(Vector3::Zero())});
+    }
+    Steps(*world, static_cast<int>(steps));
+    // Elastic, off something that goes on as it does.
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), 2 * speed, 1e-6 * speed) << "case " << i << " at " << speed << " m/s";
+  }
+}
+
 TEST_P(Pushing, WhatIsLedArrivesWhateverTheStepsAndStands) {
   Proves({Claim::kKinematicLed});
   Random random(33);
