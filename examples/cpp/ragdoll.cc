@@ -173,6 +173,8 @@ int main(int argc, char** argv) {
   }
   const client::Server server = Must(client::Connect(address));
   WorldDesc desc{.engine = engine, .gravity = {0, 0, -9.81}, .stepper = {.step_size = kStepSize}};
+  // Limbs are soft, and do not roll on for ever.
+  desc.default_material.rolling_friction = 0.01;
   client::World world = Must(server.CreateWorld({.world = desc}));
   std::printf("Server %s, engine %s: a ragdoll is let go %g m above the floor.\n", address.c_str(),
               Must(world.Info()).world.engine.c_str(), kDrop);

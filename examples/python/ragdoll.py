@@ -25,6 +25,7 @@ GRAVITY = 9.81  # m/s^2
 STEP = 1 / 240  # s
 SECOND = 240  # steps
 LONGEST = 20  # s of simulated time
+ROLLING = 0.01  # m: limbs are soft, and do not roll on for ever
 
 DROP = 1.0  # m: how high the feet are let go
 GAP_TOLERANCE = 5e-3  # m, between what a joint holds together
@@ -147,7 +148,12 @@ def main() -> int:
     """Plays the fall and returns the exit code."""
     options = parse_arguments()
     server = genphys.connect(options.address) if options.address else genphys.launch()
-    with server, server.create_world(engine=options.engine, gravity=(0, 0, -GRAVITY), step_size=STEP) as world:
+    with server, server.create_world(
+        engine=options.engine,
+        gravity=(0, 0, -GRAVITY),
+        step_size=STEP,
+        rolling_friction=ROLLING,
+    ) as world:
         bodies, made = build(world)
         print(f"On the engine {world.info().engine}: {len(bodies)} bodies and {len(made)} joints are let go.\n")
         return judge(*fall(world, bodies, made))

@@ -44,8 +44,9 @@ def find_server(binary: str | os.PathLike[str] | None) -> str:
     if os.access(_CHECKOUT_BINARY, os.X_OK):
         return str(_CHECKOUT_BINARY)
     raise LaunchError(
-        f"{_BINARY} was not found on PATH nor at {_CHECKOUT_BINARY}. In a checkout of genphys, run "
-        f"`script/build release`; otherwise set {ENVIRONMENT_VARIABLE} to its path or pass launch(binary=...)."
+        f"{_BINARY} was not found on PATH nor at {_CHECKOUT_BINARY}. Build it in a checkout of genphys with "
+        f"`script/build release`, and if this package is not used from there, set {ENVIRONMENT_VARIABLE} to its path, "
+        "which is build/release/bin/genphysd in the checkout, or pass launch(binary=...)."
     )
 
 
