@@ -10,7 +10,7 @@ namespace genphys::bench {
 struct Bar {
   enum class Kind {
     kQuantity,  // at most `limit`
-    kOrder,     // of convergence between 1/240 and 1/1000 s, at least `limit`
+    kOrder,     // of convergence between 1/480 and 1/2000 s, at least `limit`
     kCost,      // processor time, at most `limit` times that of the engine alone
   };
   Kind kind = Kind::kQuantity;
