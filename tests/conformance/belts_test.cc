@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine_test.h"
+#include "support/joints.h"
 
 namespace genphys::testing {
 namespace {
@@ -51,6 +52,30 @@ TEST_P(Belts, CarryACrateAsFarAsTheClosedFormSays) {
     const Vector3 expected = Carried(2) * Vector3(std::cos(heading), std::sin(heading), 0) + Vector3(0, 0, 1.5);
     EXPECT_LE((PositionOf(*world, crate) - expected).norm(), WayError(*world)) << heading;
     EXPECT_NEAR(VelocityOf(*world, crate).norm(), kSpeed, Slip(*world));
+  }
+}
+
+TEST_P(Belts, GiveWayToAPushAcrossThemHoweverSmall) {
+  Proves({Claim::kJointSixDof});
+  // Held along the belt, free across it and upwards: friction is against the slip, of which both know the direction.
+  for (const double part : {0.02, 0.1, 0.5}) {
+    const auto world = OnFloor(GetParam(), {.friction = kFriction});
+    Add(*world, Belt({kSpeed, 0, 0}));
+    const EntityId crate = Add(*world, Crate({0, 0, 1.5}));
+    SixDofJoint held;
+    held.along[1] = held.along[2] = JointAxis{};
+    const JointId joint = Join(*world, Between({}, crate, held, {Vector3(0, 0, 1.5), Quaternion::Identity()}));
+    const double friction = kFriction * kGravity;
+    Do(*world, ApplyForce{.id = crate, .force = {0, part * friction, 0}, .steps = 600});
+
+    Steps(*world, 600);
+
+    // Of the friction that part acts across the belt.
+    const double wanted = kSpeed * part / std::sqrt(1 - part * part);
+    EXPECT_NEAR(VelocityOf(*world, crate).y(), wanted, 0.1 * wanted) << part;
+    EXPECT_NEAR(world->layer_state().joints[joint.index()].force.x(), -friction * std::sqrt(1 - part * part),
+                5e-3 * friction)
+        << part;
   }
 }
 

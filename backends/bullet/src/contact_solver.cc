@@ -33,6 +33,10 @@ constexpr double kDirectSoftness = 1e-7;
 // rests lies that deep from step to step. With a tenth of it 1,000 boxes in a pile take a fifth longer to overlap no
 // less.
 constexpr double kLeastPush = 1e-5;
+// What is so many times as fast as friction slows it down in a step slides on for some steps.
+constexpr double kSlides = 4;
+// m/s^2, of the Earth.
+constexpr double kGravity = 9.81;
 // rad/s: what turns more slowly has no direction.
 constexpr double kNoSpin = 1e-9;
 
@@ -205,9 +209,13 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
   // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
   // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
-  // other. So is what may slip soon, or it would by what is left over across the load.
+  // other, unless it slides: what it is held in one direction by would hold it in the other, too. So is what may slip
+  // soon, or it would by what is left over across the load.
+  const double soon = std::max(inverse_mass * grip.load, kGravity * point.friction * info_.m_timeStep);
+  const bool slides = grip.load > 0 && slip.length() > kSlides * soon;
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
-  if (is_direct_ || bears || (grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
+  if ((is_direct_ && !slides) || bears ||
+      (grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
     AddFriction(directions[1], surface);
   }
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <limits>
 
 #include "genphys/backend.h"
 #include "library.h"
@@ -52,6 +53,8 @@ constexpr double kGravity = 9.81;
 constexpr double kSlipGate = 0.02 * kGravity;
 // What slips in one step by less than friction stops in this part of it is held where it is rather than braked.
 constexpr double kHeldPart = 0.8;
+// What is so many times as fast as friction at one of its points slows it down in a step slides on for some steps.
+constexpr double kSlides = 16;
 // rad/s^2: the same as the gate of a slip, of a direction of rolling.
 constexpr double kRollGate = 0.2;
 
@@ -93,12 +96,18 @@ double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trac
 
 // Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
 // way it goes; the engine's own axes would brake a diagonal one more.
-void SetFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to) {
+// What slips much faster than friction could stop it soon has none across its slip: what holds it in one direction
+// would be held in the other, too, and a push across it, however small, moves it.
+void SetFriction(const ContactConstraint& contact, const Vector3& slip, double soon, double step_size, dContact& to) {
   to.surface.mu = contact.friction;
   const double speed = slip.norm();
   if (speed > kSlipGate * step_size) {
     to.surface.mode |= dContactFDir1;
     ToOde(slip / speed, to.fdir1);
+  }
+  if (speed > kSlides * std::max(soon, kGravity * contact.friction * step_size)) {
+    to.surface.mode |= dContactAxisDep;
+    to.surface.mu2 = 0;
   }
 }
 
@@ -326,7 +335,14 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   const bool is_shared = contact.shared_axis && contact.friction > 0 && !resists_turning;
   // What rolls is braked along its rolling.
   const Vector3 slip = SlipUnbraked(contact, resists_turning ? 0 : InverseMass(contact));
-  (is_shared ? ShareFriction : SetFriction)(contact, slip, step_size_, ode_contact);
+  if (is_shared) {
+    ShareFriction(contact, slip, step_size_, ode_contact);
+  } else {
+    // What nothing else holds sways less along its way with a row across that.
+    const bool may_slide = (is_direct_ || contact.is_running) && contact.grip > 0;
+    const double soon = may_slide ? InverseMass(contact) * contact.grip : std::numeric_limits<double>::infinity();
+    SetFriction(contact, slip, soon, step_size_, ode_contact);
+  }
   if (resists_turning) SetTorsion(contact, ode_contact);
   SetOtherVelocity(contact, ode_contact);
   dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);
