@@ -92,21 +92,27 @@ TEST_P(Sleeping, WithoutARestTimeABodySleepsOnceItRestsAndNotBefore) {
 
 TEST_P(Sleeping, ALargePileThatTremblesFallsAsleep) {
   Proves({Claim::kContacts});
-  // Layers in disorder, so that they make a pile and no columns; of so many contacts few are swept at rest.
-  const auto world = MakeWorld();
-  Random random(5);
-  constexpr int kRow = 5, kLayers = 4;
-  std::vector<EntityId> boxes;
-  for (int i = 0; i < kRow * kRow * kLayers; ++i) {
-    const int layer = i / (kRow * kRow);
-    const double aside = layer % 2 == 0 ? -0.3 : 0.3;
-    EntityDesc crate = Crate({1.3 * (i % kRow) + aside, 1.3 * (i / kRow % kRow) + aside, 0.6 + 1.1 * layer});
-    crate.pose.orientation = Quaternion(Eigen::AngleAxisd(random.Uniform(-0.3, 0.3), Vector3::UnitZ()));
-    boxes.push_back(Add(*world, crate));
+  // Layers in disorder, so that they make a pile and no columns; of so many contacts few are swept at rest. In one
+  // of them a box may still roll after 10 s; were trembling no rest, three would be awake on ODE.
+  int piles_asleep = 0;
+  for (const uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    WorldDesc desc{.engine = GetParam()};
+    desc.default_material.friction = 0.5;
+    const auto world = testing::MakeWorld(desc);
+    Random random(seed);
+    constexpr int kRow = 5, kLayers = 4;
+    std::vector<EntityId> boxes;
+    for (int i = 0; i < kRow * kRow * kLayers; ++i) {
+      const int layer = i / (kRow * kRow);
+      const double aside = layer % 2 == 0 ? -0.3 : 0.3;
+      EntityDesc crate = Crate({1.3 * (i % kRow) + aside, 1.3 * (i / kRow % kRow) + aside, 0.6 + 1.1 * layer});
+      crate.pose.orientation = Quaternion(Eigen::AngleAxisd(random.Uniform(-0.3, 0.3), Vector3::UnitZ()));
+      boxes.push_back(Add(*world, crate));
+    }
+    Steps(*world, 10 * 60);
+    piles_asleep += std::ranges::all_of(boxes, [&](EntityId id) { return Asleep(*world, id); });
   }
-  Steps(*world, 15 * 60);
-  const auto asleep = std::ranges::count_if(boxes, [&](EntityId id) { return Asleep(*world, id); });
-  EXPECT_EQ(asleep, static_cast<std::ptrdiff_t>(boxes.size()));
+  EXPECT_GE(piles_asleep, 5);
 }
 
 TEST_P(Sleeping, WhatGoesSlowlyButGetsSomewhereStaysAwake) {
