@@ -97,6 +97,8 @@ void AddImpacts(BarList& bars) {
   bars.Both("C5.spheres", "error", rates, 5e-3);
   bars.Both("C6.elastic", "error", rates, 1e-6);
   bars.Both("C6.half", "error", rates, 1e-6);
+  bars.Both("C6.hung", "error", rates, 1e-3);
+  bars.Both("C6.row", "error", rates, 1e-6);
   bars.Both("C7.elastic", "error", {240}, 1e-3);
   bars.Both("C7.90", "error", {240}, 1e-3);
   bars.Both("S13", "error", {240}, 1e-3);

@@ -81,6 +81,7 @@ std::vector<Problem> Problems() {
   AddSliding(problems);
   AddBounces(problems);
   AddCollisions(problems);
+  AddLinkedCollisions(problems);
   AddSwitches(problems);
   AddAny(problems);
   AddCosts(problems);

@@ -41,6 +41,7 @@ void AddChains(std::vector<Problem>& problems);
 void AddSliding(std::vector<Problem>& problems);
 void AddBounces(std::vector<Problem>& problems);
 void AddCollisions(std::vector<Problem>& problems);
+void AddLinkedCollisions(std::vector<Problem>& problems);
 void AddSwitches(std::vector<Problem>& problems);
 void AddAny(std::vector<Problem>& problems);
 void AddCosts(std::vector<Problem>& problems);

@@ -19,6 +19,8 @@ constexpr double kLittle = 1e-4;
 // Kinetic energy may grow by rounding only.
 constexpr double kEnergySlack = 1e-12;
 constexpr int kEnergyBisections = 30;
+// A part of what it would give way if nobody held it.
+constexpr double kHeldFast = 1e-3;
 
 using Vector2 = Eigen::Vector2d;
 // Three components and a zero: processors calculate with pairs of numbers.
@@ -32,11 +34,27 @@ struct Speeds {
   Padded angular;
 };
 
-// What the two bodies of a blow do along an axis (from a to b) and what an impulse along it does to them.
+// What an impulse of one along an axis does to a body that is tied to those that it hits.
+struct Passed {
+  uint32_t body = 0;
+  Padded shift;  // m/s per N*s
+  Padded turn;   // rad/s per N*s
+};
+
+// What the two bodies of a blow do along an axis (from a to b) and what an impulse along it does to them and to those
+// that are tied to them.
 class Along {
  public:
-  Along(const Vector3& axis, const Vector3& position, const StruckBody& a, const StruckBody& b)
-      : axis_(Pad(axis)), a_(-axis, position, a), b_(axis, position, b) {}
+  // Whom it is passed on to is added to `passed`.
+  Along(const Vector3& axis, const Blow& blow, std::span<const StruckBody> bodies, Ties& ties,
+        std::vector<Passed>& passed)
+      : axis_(Pad(axis)),
+        a_(-axis, blow.position, bodies[blow.body_a]),
+        b_(axis, blow.position, bodies[blow.body_b]),
+        first_passed_(passed.size()),
+        last_passed_(passed.size()) {
+    if (!ties.With(blow.body_a).empty() || !ties.With(blow.body_b).empty()) Tie(axis, blow, ties, passed);
+  }
 
   // How fast b goes this way against a, m/s.
   double Rate(const Speeds& a, const Speeds& b) const {
@@ -50,9 +68,23 @@ class Along {
     a.angular += impulse * a_.turn;
     b.angular += impulse * b_.turn;
   }
+  void PassOn(double impulse, std::span<const Passed> passed, std::span<Speeds> speeds) const {
+    for (const Passed& to : passed.subspan(first_passed_, last_passed_ - first_passed_)) {
+      speeds[to.body].linear += impulse * to.shift;
+      speeds[to.body].angular += impulse * to.turn;
+    }
+  }
   // Change of the rate per impulse along another axis, 1/kg.
   double Answer(const Along& to) const {
     return Rate({.linear = to.a_.shift, .angular = to.a_.turn}, {.linear = to.b_.shift, .angular = to.b_.turn});
+  }
+  // That along this axis, if nobody were tied.
+  double FreeAnswer(const StruckBody& a, const StruckBody& b) const {
+    const auto turned = [](const Side& side, const StruckBody& body) {
+      const Vector3 lever = side.lever.head<3>();
+      return lever.dot(body.inverse_tensor * lever);
+    };
+    return a.inverse_mass + b.inverse_mass + turned(a_, a) + turned(b_, b);
   }
 
  private:
@@ -67,16 +99,43 @@ class Along {
     Padded turn;   // rad/s per N*s
   };
 
+  void Tie(const Vector3& axis, const Blow& blow, Ties& ties, std::vector<Passed>& passed) {
+    std::vector<Ties::Push> pushes;
+    const auto push = [&](uint32_t body, const Vector3& linear, Side& side) {
+      if (ties.With(body).empty()) return;
+      pushes.push_back({body, linear, side.lever.head<3>()});
+      side.shift.setZero();
+      side.turn.setZero();
+    };
+    push(blow.body_a, -axis, a_);
+    push(blow.body_b, axis, b_);
+    std::vector<Ties::Change> changes;
+    ties.Pass(pushes, changes);
+    for (const Ties::Change& change : changes) {
+      const Padded shift = Pad(change.linear), turn = Pad(change.angular);
+      if (change.body == blow.body_a || change.body == blow.body_b) {
+        Side& side = change.body == blow.body_a ? a_ : b_;
+        side.shift = shift;
+        side.turn = turn;
+      } else {
+        passed.push_back({change.body, shift, turn});
+      }
+    }
+    last_passed_ = passed.size();
+  }
+
   Padded axis_;
   Side a_;
   Side b_;
+  size_t first_passed_;
+  size_t last_passed_;
 };
 
 // One blow against its two bodies.
 class Settling {
  public:
-  Settling(Blow& blow, std::span<const StruckBody> bodies)
-      : Settling(blow, blow.normal.unitOrthogonal(), bodies[blow.body_a], bodies[blow.body_b]) {}
+  Settling(Blow& blow, std::span<const StruckBody> bodies, Ties& ties, std::vector<Passed>& passed)
+      : Settling(blow, blow.normal.unitOrthogonal(), bodies, ties, passed) {}
 
   Blow& blow() { return blow_; }
   const Blow& blow() const { return blow_; }
@@ -89,19 +148,22 @@ class Settling {
   void Finish() { blow_.rubbing = rubbing_[0] * first_ + rubbing_[1] * second_; }
 
   // Each returns by how much (m/s) a velocity had to be changed.
-  double Separate(Speeds& a, Speeds& b) {
+  double Separate(std::span<Speeds> speeds, std::span<const Passed> passed) {
     if (!(softness_ > 0)) return 0;
+    Speeds &a = speeds[blow_.body_a], &b = speeds[blow_.body_b];
     const double lacking = blow_.separation_speed - normal_.Rate(a, b);
     const double impulse = std::max(lacking / softness_, -blow_.impulse);
     if (impulse == 0) return 0;
     blow_.impulse += impulse;
     normal_.Push(impulse, a, b);
+    if (is_tied_) normal_.PassOn(impulse, passed, speeds);
     return std::abs(impulse) * softness_;
   }
 
-  double Rub(Speeds& a, Speeds& b) {
+  double Rub(std::span<Speeds> speeds, std::span<const Passed> passed) {
     const double bound = blow_.friction * blow_.impulse;
     if (!(bound > 0) && rubbing_.isZero(0)) return 0;
+    Speeds &a = speeds[blow_.body_a], &b = speeds[blow_.body_b];
     const Vector2 slip(across_[0].Rate(a, b), across_[1].Rate(a, b));
     const double square = slip.squaredNorm(), answer = slip.dot(answers_ * slip);
     Vector2 wanted = rubbing_;
@@ -114,23 +176,30 @@ class Settling {
     if (size > bound * bound) wanted *= bound / std::sqrt(size);
     const Vector2 impulse = wanted - rubbing_;
     rubbing_ = wanted;
-    across_[0].Push(impulse[0], a, b);
-    across_[1].Push(impulse[1], a, b);
+    for (int i = 0; i < 2; ++i) {
+      across_[i].Push(impulse[i], a, b);
+      if (is_tied_) across_[i].PassOn(impulse[i], passed, speeds);
+    }
     return impulse.norm() * softness;
   }
 
  private:
-  Settling(Blow& blow, const Vector3& first, const StruckBody& a, const StruckBody& b)
+  Settling(Blow& blow, const Vector3& first, std::span<const StruckBody> bodies, Ties& ties,
+           std::vector<Passed>& passed)
       : blow_(blow),
         first_(first),
         second_(blow.normal.cross(first)),
-        normal_(blow.normal, blow.position, a, b),
-        across_{Along(first_, blow.position, a, b), Along(second_, blow.position, a, b)},
+        normal_(blow.normal, blow, bodies, ties, passed),
+        across_{Along(first_, blow, bodies, ties, passed), Along(second_, blow, bodies, ties, passed)},
         rubbing_(blow.rubbing.dot(first_), blow.rubbing.dot(second_)),
-        softness_(normal_.Answer(normal_)) {
+        softness_(normal_.Answer(normal_)),
+        is_tied_(!ties.With(blow.body_a).empty() || !ties.With(blow.body_b).empty()) {
     for (int i = 0; i < 2; ++i) {
       for (int j = 0; j < 2; ++j) answers_(i, j) = across_[i].Answer(across_[j]);
     }
+    // What joints hold fast gives way by the softness of their rows alone, and that is no way.
+    const double free = is_tied_ ? normal_.FreeAnswer(bodies[blow.body_a], bodies[blow.body_b]) : 0;
+    if (softness_ < kHeldFast * free) softness_ = 0;
   }
 
   Blow& blow_;
@@ -141,13 +210,18 @@ class Settling {
   Eigen::Matrix2d answers_;  // 1/kg, across the normal
   Vector2 rubbing_;          // N*s, the same
   double softness_;          // 1/kg along the normal
+  bool is_tied_;             // one of the two is, to others
 };
 
 // Sorts blows into groups that have no movable body in common, each in the order in which the blows came.
 class Groups {
  public:
-  Groups(std::span<const Blow> blows, std::span<const StruckBody> bodies) : sets_(bodies.size()) {
+  Groups(std::span<const Blow> blows, std::span<const StruckBody> bodies, const Ties& ties) : sets_(bodies.size()) {
     const auto is_movable = [&](uint32_t body) { return bodies[body].inverse_mass > 0; };
+    for (uint32_t body = 0; body < bodies.size(); ++body) {
+      const std::span<const uint32_t> tied = ties.With(body);
+      if (!tied.empty() && tied.front() != body) sets_.Join(tied.front(), body);
+    }
     for (const Blow& blow : blows) {
       if (is_movable(blow.body_a) && is_movable(blow.body_b)) sets_.Join(blow.body_a, blow.body_b);
     }
@@ -196,22 +270,23 @@ class Progress {
 // Blows that have no movable body in common with any other.
 class Group {
  public:
-  explicit Group(std::span<StruckBody> bodies) : bodies_(bodies), changed_in_(bodies.size(), 0) {
+  Group(std::span<StruckBody> bodies, Ties& ties) : bodies_(bodies), ties_(ties), changed_in_(bodies.size(), 0) {
     speeds_.reserve(bodies.size());
     for (const StruckBody& body : bodies) speeds_.push_back({Pad(body.linear_velocity), Pad(body.angular_velocity)});
   }
 
-  void Add(Blow& blow) { blows_.emplace_back(blow, bodies_); }
+  void Add(Blow& blow) { blows_.emplace_back(blow, bodies_, ties_, passed_); }
   // What was found is told to blows and bodies, and another group may be added.
   void Finish() {
     for (Settling& settling : blows_) {
       settling.Finish();
-      for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) {
+      VisitMoved(settling.blow(), [&](uint32_t body) {
         bodies_[body].linear_velocity = speeds_[body].linear.head<3>();
         bodies_[body].angular_velocity = speeds_[body].angular.head<3>();
-      }
+      });
     }
     blows_.clear();
+    passed_.clear();
   }
 
   void Settle() {
@@ -224,9 +299,9 @@ class Group {
         const uint32_t a = settling.blow().body_a, b = settling.blow().body_b;
         // Neither has been changed since its last turn.
         if (changed_in_[a] + 1 < sweep && changed_in_[b] + 1 < sweep) continue;
-        const double parted = settling.Separate(speeds_[a], speeds_[b]);
-        const double change = std::max(parted, settling.Rub(speeds_[a], speeds_[b]));
-        if (change > kSettled) NoteChange(a, b, sweep);
+        const double parted = settling.Separate(speeds_, passed_);
+        const double change = std::max(parted, settling.Rub(speeds_, passed_));
+        if (change > kSettled) NoteChange(settling.blow(), sweep);
         largest = std::max(largest, change);
       }
       if (largest <= kSettled || progress.IsStuck(largest)) return;
@@ -250,17 +325,27 @@ class Group {
   }
 
  private:
+  // Whom it hits, and all that are tied to these.
+  template <typename Visit>
+  void VisitMoved(const Blow& blow, Visit&& visit) const {
+    for (const uint32_t body : {blow.body_a, blow.body_b}) {
+      const std::span<const uint32_t> tied = ties_.With(body);
+      if (tied.empty()) visit(body);
+      for (const uint32_t each : tied) visit(each);
+    }
+  }
+
   void ForgetChanges() {
     for (const Settling& settling : blows_) {
-      for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) changed_in_[body] = 0;
+      VisitMoved(settling.blow(), [&](uint32_t body) { changed_in_[body] = 0; });
     }
   }
 
   // What cannot be moved stays as it is, or all on one ground would stir each other.
-  void NoteChange(uint32_t a, uint32_t b, uint32_t sweep) {
-    for (const uint32_t body : {a, b}) {
+  void NoteChange(const Blow& blow, uint32_t sweep) {
+    VisitMoved(blow, [&](uint32_t body) {
       if (bodies_[body].inverse_mass > 0) changed_in_[body] = sweep;
-    }
+    });
   }
 
   // Marks in passing whom it has.
@@ -269,15 +354,16 @@ class Group {
     is_driven_ = false;
     ForgetChanges();
     for (const Settling& settling : blows_) {
-      for (const uint32_t each : {settling.blow().body_a, settling.blow().body_b}) {
+      VisitMoved(settling.blow(), [&](uint32_t each) {
         const StruckBody& body = bodies_[each];
         if (body.inverse_mass == 0) {
           is_driven_ |= !body.linear_velocity.isZero(0) || !body.angular_velocity.isZero(0);
         } else if (changed_in_[each] == 0) {
+          is_driven_ |= ties_.IsDriven(each);
           changed_in_[each] = 1;
           movable_.push_back(each);
         }
-      }
+      });
     }
   }
 
@@ -300,8 +386,10 @@ class Group {
   }
 
   std::span<StruckBody> bodies_;
+  Ties& ties_;
   std::vector<Speeds> speeds_;  // by body, which has them from before until the group is finished
   std::vector<Settling> blows_;
+  std::vector<Passed> passed_;        // of blows_
   std::vector<uint32_t> changed_in_;  // the last sweep, by body
   std::vector<uint32_t> movable_;     // bodies of the group
   std::vector<double> asked_;         // m/s, by blow
@@ -309,9 +397,9 @@ class Group {
 };
 
 template <typename Solve>
-void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Solve&& solve) {
-  Group group(bodies);
-  Groups(blows, bodies)
+void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties, Solve&& solve) {
+  Group group(bodies, ties);
+  Groups(blows, bodies, ties)
       .Walk([&](uint32_t i) { group.Add(blows[i]); },
             [&] {
               solve(group);
@@ -325,12 +413,12 @@ Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies) {
   return bodies[blow.body_b].VelocityAt(blow.position) - bodies[blow.body_a].VelocityAt(blow.position);
 }
 
-void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies) {
-  SolveGroups(blows, bodies, [](Group& group) { group.Settle(); });
+void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties) {
+  SolveGroups(blows, bodies, ties, [](Group& group) { group.Settle(); });
 }
 
-void Restitute(std::span<Blow> blows, std::span<StruckBody> bodies) {
-  SolveGroups(blows, bodies, [](Group& group) { group.Restitute(); });
+void Restitute(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties) {
+  SolveGroups(blows, bodies, ties, [](Group& group) { group.Restitute(); });
 }
 
 }  // namespace genphys

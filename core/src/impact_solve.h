@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "genphys/math.h"
+#include "ties.h"
 
 namespace genphys {
 
@@ -40,11 +41,12 @@ Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies);
 
 /// Finds the impulses with which the bodies separate as the blows ask (Newton's law of restitution), each within
 /// Coulomb's disc, by projected Gauss-Seidel, and applies them. What a blow has as impulses already stays part of them.
-void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies);
+/// Whoever is tied to a body that is hit moves with it.
+void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties);
 
 /// The same of blows without impulses, which separate more slowly than they ask where those that hit each other would
 /// have more kinetic energy than before: Newton's law at several points at once, with friction, can ask for more than
 /// there is (Kane's paradox). What moves and cannot be moved may give energy to whom it hits.
-void Restitute(std::span<Blow> blows, std::span<StruckBody> bodies);
+void Restitute(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties);
 
 }  // namespace genphys

@@ -82,7 +82,10 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   }
   world_.struck_index.Clear();
   world_.earliest.Clear();
-  return !blows_.empty();
+  if (blows_.empty()) return false;
+  // What only seems to close, for joints are about to change that, would do so again.
+  const bool has_hit = std::ranges::any_of(blows_, [](const Blow& blow) { return blow.impulse > 0; });
+  return has_hit || !waiting_.empty() || ties_.empty();
 }
 
 void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept) {
@@ -177,7 +180,9 @@ bool Impacts::WereApart(const ContactPair& pair, double time, double speed) cons
 }
 
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
-  return speed_.IsInFlight(row) || (candidate.is_held && !world_.jointed[row]);
+  // It would leave behind whom joints hold together with it.
+  if (world_.active[Index(row)] && world_.jointed[row]) return false;
+  return candidate.is_held || speed_.IsInFlight(row);
 }
 
 // The impact of this pair, if its points say that there was one.
@@ -326,17 +331,19 @@ void Impacts::Refine(Candidate& candidate) const {
   candidate.time = time;
 }
 
-void Impacts::AddStruck(EntityRow row, const Candidate& candidate) {
+uint32_t Impacts::NumberOf(EntityRow row) {
   int& index = world_.struck_index[row];
   if (index < 0) {
     index = static_cast<int>(struck_.size());
-    struck_.push_back({row, MotionOf(row), 0});
+    struck_.push_back({.row = row, .motion = MotionOf(row)});
   }
+  return static_cast<uint32_t>(index);
+}
+
+void Impacts::AddStruck(EntityRow row, const Candidate& candidate) {
+  Struck& struck = struck_[NumberOf(row)];
   // What nothing can move is where it is at the time of whom it meets, which is the same for all of one moment.
-  if (GoesBack(row, candidate)) {
-    Struck& struck = struck_[static_cast<size_t>(index)];
-    struck.time = std::max(struck.time, candidate.time);
-  }
+  if (GoesBack(row, candidate)) struck.time = std::max(struck.time, candidate.time);
 }
 
 void Impacts::CollectStruck() {
@@ -346,9 +353,12 @@ void Impacts::CollectStruck() {
     AddStruck(candidate.pair.entity_a, candidate);
     AddStruck(candidate.pair.entity_b, candidate);
   }
+  TieStruck();
   for (const Struck& struck : struck_) {
-    bodies_.push_back(struck.motion.BodyBefore(struck.time));
-    if (struck.motion.is_movable()) HoldLocked(struck.row, bodies_.back());
+    StruckBody& body = bodies_.emplace_back(struck.motion.BodyBefore(struck.time));
+    if (struck.motion.is_movable()) HoldLocked(struck.row, body);
+    body.linear_velocity += struck.lacking_linear;
+    body.angular_velocity += struck.lacking_angular;
   }
 }
 
@@ -393,11 +403,12 @@ void Impacts::Separate() {
     blow.friction = FrictionAt(material, (approach + closing * blow.normal).norm());
     approaches_.push_back(approach);
   }
-  Restitute(blows_, bodies_);
+  Restitute(blows_, bodies_, ties_);
+  BearBlows();
 }
 
 // How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.
-std::vector<StruckBody> Impacts::RestOfStep() const {
+std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
   for (size_t i = 0; i < struck_.size(); ++i) ends.push_back(struck_[i].motion.Coast(bodies_[i], struck_[i].time));
   std::vector<Blow> supports;
@@ -410,7 +421,7 @@ std::vector<StruckBody> Impacts::RestOfStep() const {
     support.rubbing.setZero();
     supports.push_back(support);
   }
-  SolveBlows(supports, ends);
+  SolveBlows(supports, ends, ties_);
   return ends;
 }
 
@@ -449,10 +460,12 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
       half.Restart();
       continue;
     }
-    const Vector3 gained = ends[i].linear_velocity - world_.state.linear_velocities.col(row);
-    const Vector3 turned = ends[i].angular_velocity - world_.state.angular_velocities.col(row);
-    world_.state.linear_velocities.col(row) = ends[i].linear_velocity;
-    world_.state.angular_velocities.col(row) = ends[i].angular_velocity;
+    const Vector3 linear = ends[i].linear_velocity - struck.lacking_linear;
+    const Vector3 angular = ends[i].angular_velocity - struck.lacking_angular;
+    const Vector3 gained = linear - world_.state.linear_velocities.col(row);
+    const Vector3 turned = angular - world_.state.angular_velocities.col(row);
+    world_.state.linear_velocities.col(row) = linear;
+    world_.state.angular_velocities.col(row) = angular;
     half.is_struck = true;
     half.velocity += gained;
     half.momentum += ends[i].tensor * turned;

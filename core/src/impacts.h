@@ -12,6 +12,8 @@
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "impact_motion.h"
+#include "joint_step.h"
+#include "ties.h"
 
 namespace genphys {
 
@@ -30,7 +32,9 @@ struct ImpactWorld {
   const RowMarks& flew;                     // in flight before the solve of this substep
   const RowMarks& flies;                    // moved in one go at the end of the step, with nothing in its way
   const RowMarks& jointed;                  // held by joints
-  // Memory of the impacts, which leave it empty.
+  JointStep& joints;
+  RowMarks& linked;  // memory of the impacts
+  // The same, which they leave empty.
   RowValues<int>& struck_index;  // -1: none
   RowValues<int>& swept_index;   // the same, of sweeps
   RowValues<double>& earliest;
@@ -71,7 +75,8 @@ struct SweptPair {
 /// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
 /// laws of Newton and Coulomb, and run forward again. What contacts hold goes back along its way when it meets
 /// something new that is held as well, as if it were held all the time; bodies that joints hold, and those that
-/// something lands on, are not taken back: of them the velocities alone change.
+/// something lands on, are not taken back: of them the velocities alone change. Joints pass a blow on to all that they
+/// hold.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
@@ -110,6 +115,9 @@ class Impacts {
     EntityRow row{};
     ImpactMotion motion;
     double time = 0;  // s before the end at which it is hit
+    // What its velocity lacks to be as joints let it: the next solve gives it that, and no impact.
+    Vector3 lacking_linear = Vector3::Zero();
+    Vector3 lacking_angular = Vector3::Zero();
   };
 
   void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
@@ -128,13 +136,18 @@ class Impacts {
   void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   void Separate();
-  std::vector<StruckBody> RestOfStep() const;
+  std::vector<StruckBody> RestOfStep();
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
   Vector3 PullOn(EntityRow row) const;
   ImpactMotion MotionOf(EntityRow row) const;
   void HoldLocked(EntityRow row, StruckBody& body) const;
+  // Of the row in struck_, to which it is added unless it is there.
+  uint32_t NumberOf(EntityRow row);
   void AddStruck(EntityRow row, const Candidate& candidate);
+  void TieStruck();
+  void Tie(const JointStep::Linked& linked);
+  void BearBlows();
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
   const Geometry& GeometryAt(GeometryRow row) const;
@@ -147,7 +160,8 @@ class Impacts {
   std::vector<Candidate> waiting_;    // for earlier ones of their bodies
   std::vector<ContactPair> parting_;  // overlap, and part at the end
   std::vector<Struck> struck_;
-  std::vector<StruckBody> bodies_;  // of struck_, at their times
+  Ties ties_;                       // of struck_
+  std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them
   std::vector<Blow> blows_;
   std::vector<const Candidate*> blow_pairs_;  // of each blow
   std::vector<Vector3> approaches_;           // m/s, relative velocity at each blow before it

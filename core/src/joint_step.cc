@@ -125,9 +125,12 @@ void JointStep::Load(JointBody& body, double h) const {
   body.interval = layer_.half_steps[row].Interval(layer_.last_substep, h);
 }
 
+void JointStep::SortHeld() {
+  if (!std::ranges::is_sorted(held_, {}, &Held::slot)) std::ranges::sort(held_, {}, &Held::slot);
+}
+
 void JointStep::Begin(double h) {
-  const auto slot_of = [](const Held& held) { return held.slot; };
-  if (!std::ranges::is_sorted(held_, {}, slot_of)) std::ranges::sort(held_, {}, slot_of);
+  SortHeld();
   for (JointBody& body : bodies().subspan(1)) Load(body, h);
   Stiffen(h);
 }
@@ -220,13 +223,10 @@ void JointStep::Take(double h) {
   for (size_t i = 0; i < owners_.size(); ++i) {
     const JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];
+    held.Bear(held.share, row);
     if (row.kind == JointRow::Kind::kLinear) {
-      held.force += held.share * row.impulse * row.axis;
       held.last_force += held.share / h * row.impulse * row.axis;
-    } else if (row.kind == JointRow::Kind::kAngular) {
-      held.torque += held.share * row.impulse * row.axis;
-    } else {
-      held.torque += held.share * row.impulse * row.axis_b;
+    } else if (row.kind == JointRow::Kind::kGeared) {
       // No pose tells how often a gear has turned, so that what it slipped is added up.
       layer_.joints[held.slot].positions[5] += h * (row.axis.dot(spin(row.a)) + row.axis_b.dot(spin(row.b)));
     }

@@ -91,6 +91,20 @@ class JointStep {
   /// Takes what that solve made of the rows. Velocities must still be those by which it moved the bodies.
   void Take(double h);
 
+  /// What joints hold together with an entity, as far as it can be moved, and the joints that hold that.
+  struct Linked {
+    std::vector<EntityRow> rows;  // the entity first
+    std::vector<uint32_t> slots;  // ascending
+  };
+  /// Marks them in `seen`, which has none of them.
+  Linked LinkedWith(EntityRow row, RowMarks& seen) const;
+
+  /// Appends the rows of all that a joint locks, between these bodies where they are.
+  void WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const;
+
+  /// Tells that blows between two solves left a row of the joint to bear the impulse that it has.
+  void Bear(uint32_t slot, const JointRow& row);
+
   /// Notes what the joints held over `step_size` seconds; returns those that must break, ascending.
   std::vector<JointId> Finish(double step_size);
 
@@ -109,6 +123,9 @@ class JointStep {
     Vector3 torque = Vector3::Zero();      // N*m*s on b so far
     Vector3 last_force = Vector3::Zero();  // N on b, in the last substep
     double share = 1;                      // of the substep, to the time for which its solve acts
+
+    // That part of the impulse of a row.
+    void Bear(double part, const JointRow& row);
   };
 
   // How fast what is locked moved apart before the forces of the substep acted.
@@ -118,6 +135,7 @@ class JointStep {
   };
 
   std::span<JointBody> bodies() { return std::span(bodies_).first(body_count_); }
+  void SortHeld();
   uint32_t BodyOf(const EntityRef& entity);
   ErrorCorrection CorrectionOf(const EntityRef& entity) const;
   bool MayHold(const JointDesc& desc) const;

@@ -6,6 +6,7 @@
 
 #include "joint_step.h"
 #include "joints/inertia_factor.h"
+#include "joints/row_rate.h"
 
 namespace genphys {
 namespace {
@@ -18,20 +19,6 @@ constexpr double kSurprise = kUnforeseenSwing / kResolvedSwing / 1.5;
 // jolted. m/s or rad/s.
 constexpr double kJolt = 0.5;
 constexpr double kLeastJolt = 1e-6;
-
-// Of a centre of mass and about it.
-struct Motion {
-  Vector3 linear = Vector3::Zero();  // m/s
-  Vector3 spin = Vector3::Zero();    // rad/s
-};
-
-// Of the row, m/s or rad/s, while its bodies move so.
-double RateOf(const JointRow& row, const JointBody& a, const Motion& of_a, const JointBody& b, const Motion& of_b) {
-  if (row.kind == JointRow::Kind::kGeared) return row.axis_b.dot(of_b.spin) + row.axis.dot(of_a.spin);
-  if (row.kind == JointRow::Kind::kAngular) return row.axis.dot(of_b.spin - of_a.spin);
-  const Vector3 at_a = of_a.linear + of_a.spin.cross(row.point - a.center);
-  return row.axis.dot(of_b.linear + of_b.spin.cross(row.point - b.center) - at_a);
-}
 
 }  // namespace
 
@@ -222,7 +209,7 @@ void JointStep::TakeLeft(std::vector<JointRow>& rows) {
 }
 
 void JointStep::AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
-  const auto mean_of = [&](const JointBody& body) -> Motion {
+  const auto mean_of = [&](const JointBody& body) -> Velocities {
     if (body.row == kWorldRow) return {};
     return {(body.linear_given + state_.linear_velocities.col(Index(body.row))) / 2,
             (body.angular_given + state_.angular_velocities.col(Index(body.row))) / 2};

@@ -50,6 +50,27 @@ Vector3 LockedSpin(const LockedAxes& locks, const Matrix3& tensor, const Vector3
   return left;
 }
 
+void WriteLocks(const LockedAxes& locks, const MassProperties& mass, EntityRow row, const Vector3& center,
+                const Quaternion& orientation, std::vector<JointRow>& joint_rows) {
+  const size_t first = joint_rows.size();
+  for (int i = 0; i < 3; ++i) {
+    if (!locks.linear[static_cast<size_t>(i)]) continue;
+    joint_rows.push_back({.b = row,
+                          .kind = JointRow::Kind::kLinear,
+                          .axis = Vector3::Unit(i),
+                          .point = center,
+                          .softness = kSoftness / mass.mass});
+  }
+  if (joint_rows.size() > first) joint_rows[first].block = static_cast<uint8_t>(joint_rows.size() - first);
+  if (!Any(locks.angular)) return;
+  const Matrix3 mobility = WorldTensor(orientation, mass.inverse_tensor);
+  for (int i = 0; i < 3; ++i) {
+    if (!locks.angular[static_cast<size_t>(i)]) continue;
+    joint_rows.push_back(
+        {.b = row, .kind = JointRow::Kind::kAngular, .axis = Vector3::Unit(i), .softness = kSoftness * mobility(i, i)});
+  }
+}
+
 const LockedAxes& LockedBodies::locks(EntityRow row) const {
   return scene_.entities[Index(row)]->desc->rigid_body->locked_axes;
 }
@@ -82,30 +103,11 @@ std::vector<JointRow>& LockedBodies::Write(const ContactBuffer& contacts, std::v
     note(row.b);
   }
   for (size_t i = 0; i < rows_.size(); ++i) {
-    if (held_[i].may_be_pushed) AddRows(rows_[i], held_[i], joint_rows);
+    if (!held_[i].may_be_pushed) continue;
+    const EntityRow row = rows_[i];
+    WriteLocks(locks(row), mass(row), row, held_[i].center, held_[i].orientation, joint_rows);
   }
   return joint_rows;
-}
-
-void LockedBodies::AddRows(EntityRow row, const Held& held, std::vector<JointRow>& joint_rows) const {
-  const LockedAxes& locked = locks(row);
-  const size_t first = joint_rows.size();
-  for (int i = 0; i < 3; ++i) {
-    if (!locked.linear[static_cast<size_t>(i)]) continue;
-    joint_rows.push_back({.b = row,
-                          .kind = JointRow::Kind::kLinear,
-                          .axis = Vector3::Unit(i),
-                          .point = held.center,
-                          .softness = kSoftness / mass(row).mass});
-  }
-  if (joint_rows.size() > first) joint_rows[first].block = static_cast<uint8_t>(joint_rows.size() - first);
-  if (!Any(locked.angular)) return;
-  const Matrix3 mobility = WorldTensor(held.orientation, mass(row).inverse_tensor);
-  for (int i = 0; i < 3; ++i) {
-    if (!locked.angular[static_cast<size_t>(i)]) continue;
-    joint_rows.push_back(
-        {.b = row, .kind = JointRow::Kind::kAngular, .axis = Vector3::Unit(i), .softness = kSoftness * mobility(i, i)});
-  }
 }
 
 std::span<const EntityRow> LockedBodies::Finish() {

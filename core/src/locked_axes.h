@@ -19,6 +19,10 @@ Vector3 LockedSpin(const LockedAxes& locks, const Matrix3& tensor, const Vector3
 /// The inverse of `tensor` (world axes) for a body that cannot turn about locked axes.
 Matrix3 LockedInverse(const LockedAxes& locks, const Matrix3& tensor);
 
+/// Appends the rows that hold a body along its locked axes, with its centre of mass there (m, world).
+void WriteLocks(const LockedAxes& locks, const MassProperties& mass, EntityRow row, const Vector3& center,
+                const Quaternion& orientation, std::vector<JointRow>& joint_rows);
+
 /// The bodies of one step that have locked axes. What touches or is joined to them is solved together with rows that
 /// hold them, so that they are as heavy along their axes as they should be; what a solver leaves over is taken away, so
 /// that what is locked does not drift by a bit. Arguments outlive this object.
@@ -48,7 +52,6 @@ class LockedBodies {
 
   const LockedAxes& locks(EntityRow row) const;
   const MassProperties& mass(EntityRow row) const { return scene_.entities[Index(row)]->mass; }
-  void AddRows(EntityRow row, const Held& held, std::vector<JointRow>& joint_rows) const;
 
   const Scene& scene_;
   StateArrays& state_;

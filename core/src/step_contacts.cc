@@ -84,13 +84,22 @@ void StepRun::ShareImpulses(double h) {
 }
 
 ImpactWorld StepRun::Surroundings() {
-  return {world_.scene_,          state_,
-          world_.layer_,          world_.rule_,
-          world_.geometry_rows_,  world_.active_,
-          scratch_.accelerations, scratch_.flew,
-          scratch_.flies,         scratch_.jointed,
-          scratch_.struck_index,  scratch_.swept_index,
-          scratch_.earliest,      scratch_.free_since};
+  return {world_.scene_,
+          state_,
+          world_.layer_,
+          world_.rule_,
+          world_.geometry_rows_,
+          world_.active_,
+          scratch_.accelerations,
+          scratch_.flew,
+          scratch_.flies,
+          scratch_.jointed,
+          joints_,
+          scratch_.linked,
+          scratch_.struck_index,
+          scratch_.swept_index,
+          scratch_.earliest,
+          scratch_.free_since};
 }
 
 // Where a kinematic entity was `time` seconds ago.

@@ -30,6 +30,7 @@ struct StepScratch {
   RowMarks is_sampled;                                // has one of `samples`
   RowMarks was_sampled;                               // has one of `last_samples`
   RowMarks jointed;                                   // a joint holds it
+  RowMarks linked;                                    // with one that was hit, by joints
   RowMarks held;                                      // something touches or holds it
   RowMarks changed;                                   // place or velocity, in the last impacts
   RowMarks moved;                                     // since the last search for contacts
@@ -42,8 +43,8 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          swept_index, earliest, free_since, flew, jointed, held, changed, moved, tested, flies, steered, strays,
-          pushed);
+          swept_index, earliest, free_since, flew, jointed, linked, held, changed, moved, tested, flies, steered,
+          strays, pushed);
   }
 };
 

@@ -1,0 +1,70 @@
+// What joints do in a blow, which is over before a step goes on.
+#include <algorithm>
+
+#include "joint_step.h"
+#include "joints/kinds.h"
+
+namespace genphys {
+
+JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
+  Linked linked{.rows = {row}, .slots = {}};
+  seen.Mark(row);
+  const auto is_new = [&](EntityRow side) {
+    if (side == kWorldRow || !active_[Index(side)] || seen[side]) return false;
+    return scene_.entities[Index(side)]->traits.is_dynamic;
+  };
+  for (size_t i = 0; i < linked.rows.size(); ++i) {
+    for (const uint32_t slot : index_.Of(linked.rows[i])) {
+      const JointDesc& desc = scene_.joints[slot]->desc;
+      if (!MayHold(desc)) continue;
+      linked.slots.push_back(slot);
+      for (const EntityRow side : {RowOf(desc.entity_a), RowOf(desc.entity_b)}) {
+        if (!is_new(side)) continue;
+        seen.Mark(side);
+        linked.rows.push_back(side);
+      }
+    }
+  }
+  std::ranges::sort(linked.slots);
+  const auto twice = std::ranges::unique(linked.slots);
+  linked.slots.erase(twice.begin(), twice.end());
+  return linked;
+}
+
+void JointStep::WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const {
+  const JointDesc& desc = scene_.joints[slot]->desc;
+  const JointSide side_a = JointSide::Now(a, *desc.frame_in_a), side_b = JointSide::Now(b, *desc.frame_in_b);
+  JointState state = layer_.joints[slot];
+  std::vector<JointRow> all;
+  // How fast errors are made up for does not matter here.
+  RowWriter writer(side_a, side_b, layer_.last_substep, {}, state, &all, {});
+  std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
+  std::erase_if(all, [](const JointRow& row) {
+    return row.is_driven || row.lower != -JointRow::kUnbounded || row.upper != JointRow::kUnbounded;
+  });
+  rows.insert(rows.end(), all.begin(), all.end());
+}
+
+void JointStep::Held::Bear(double part, const JointRow& row) {
+  switch (row.kind) {
+    case JointRow::Kind::kLinear:
+      force += part * row.impulse * row.axis;
+      break;
+    case JointRow::Kind::kAngular:
+      torque += part * row.impulse * row.axis;
+      break;
+    case JointRow::Kind::kGeared:
+      torque += part * row.impulse * row.axis_b;
+      break;
+  }
+}
+
+void JointStep::Bear(uint32_t slot, const JointRow& row) {
+  SortHeld();
+  const auto held = std::ranges::lower_bound(held_, slot, {}, &Held::slot);
+  if (held == held_.end() || held->slot != slot) return;
+  held->Bear(1, row);
+  held->was_held = true;
+}
+
+}  // namespace genphys
