@@ -63,7 +63,7 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.footer(
       "script/bench accuracy also knows --record, which makes the results those of the tree, and --peers, which "
       "installs\n"
-      "other engines and measures them too: see bench/accuracy/README.md.");
+      "other engines and measures them too, and --lanes: see bench/accuracy/README.md.");
 }
 
 bool IsWanted(const std::vector<std::string>& wanted, const auto& matches) {

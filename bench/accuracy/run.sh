@@ -7,6 +7,9 @@
 # bench/results/accuracy.json and docs/accuracy.md. With --bars or --engine-only there is no report; the exit status
 # of --bars says whether all goals are reached.
 #
+# With --lanes errors alone are measured, with the lanes that leave bodies to the layer and without them, side by side
+# (about 10 minutes); the exit status says whether they agree.
+#
 # With --peers other engines are measured in the same turns (bench/peers), which are installed first; their results are
 # in accuracy-peers.json. Recorded ones stay when a later run is recorded without --peers. With --contender peer- too,
 # only they are measured, and recorded beside what the tree has of ours.
@@ -20,10 +23,12 @@ record=()
 arguments=()
 report=yes
 peers=no
+lanes=no
 for argument in "$@"; do
   case "$argument" in
     --record) record=(--record) ;;
     --peers) peers=yes ;;
+    --lanes) lanes=yes ;;
     --bars | --engine-only | --list | --help | -h)
       report=no
       arguments+=("$argument")
@@ -33,6 +38,14 @@ for argument in "$@"; do
 done
 
 mkdir -p "$out"
+if [[ "$lanes" == yes ]]; then
+  measure() { "$build/bin/bench_accuracy" --contender genphys --rounds 0 "$@" "${arguments[@]}"; }
+  measure --json "$out/lanes-on.json" &
+  on=$!
+  measure --json "$out/lanes-off.json" --engine-only 2>"$out/lanes-off.log"
+  wait "$on"
+  exec /usr/bin/python3 "$root/bench/accuracy/lanes_report.py" "$out/lanes-on.json" "$out/lanes-off.json"
+fi
 if [[ "$peers" == yes ]]; then
   # Programs of peers are named from there.
   cd "$root"
