@@ -57,7 +57,12 @@ void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vecto
   };
   for (const EntityRow entity : rows) {
     const uint32_t row = Index(entity);
-    switch (MotionOf(state, row, scene.entities[row]->traits, pushed[entity])) {
+    const BodyTraits& traits = scene.entities[row]->traits;
+    if (!traits.may_sleep) {
+      layer.rest_times[row] = 0;
+      continue;
+    }
+    switch (MotionOf(state, row, traits, pushed[entity])) {
       case Motion::kRests:
         advance(row);
         break;

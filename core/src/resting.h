@@ -8,7 +8,8 @@
 
 namespace genphys {
 
-/// Advances LayerState::rest_times of the awake dynamic `rows` by `step_size` seconds, or ends the rest of who moves.
+/// Advances LayerState::rest_times of the awake dynamic `rows` by `step_size` seconds, or ends the rest of who moves or
+/// may not sleep.
 /// At rest is who is no faster than its AutoDisable says and is not `pushed`, out of an overlap or through free space.
 /// What lies on something trembles by what few sweeps leave over: once at rest it stays so while it is no more than a
 /// few times as fast and comes no more than half as far within its rest time as it would at the speeds of its
