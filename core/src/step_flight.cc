@@ -1,6 +1,7 @@
 // The flight lane: bodies that nothing can meet in this step, moved by the layer alone, exactly and at once.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "free_rotation.h"
 #include "genphys/limits.h"
@@ -28,6 +29,15 @@ struct DampedFlight {
   double way;
   double fall;
 };
+
+// m, half of that of its thinnest geometry.
+double ThicknessOf(const SceneEntity& entity) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Geometry& geometry : entity.desc->rigid_body->geometries) {
+    least = std::min(least, SmallestHalfExtent(geometry.shape));
+  }
+  return least;
+}
 
 }  // namespace
 
@@ -88,13 +98,14 @@ void StepRun::ChooseFlyers() {
   }
 }
 
-// Of the others, who goes farther in this step than it is large might be past a flyer before it is looked for there.
+// Of the others, who goes farther in this step than it is thick might be past a flyer before it is looked for there.
 std::vector<EntityRow> StepRun::ReserveSwift() {
   std::vector<EntityRow> swift;
   if (flyers_.empty()) return swift;
   const auto reserve = [&](EntityRow row, const Vector3& acceleration) {
-    const double way = step_size_ * (state_.linear_velocities.col(Index(row)) + step_size_ * acceleration).norm();
-    if (way <= world_.reaches_[Index(row)]) return;
+    const double speed = (state_.linear_velocities.col(Index(row)) + step_size_ * acceleration).norm();
+    const double turned = state_.angular_velocities.col(Index(row)).norm() * world_.reaches_[Index(row)];
+    if (step_size_ * (speed + turned) <= ThicknessOf(*world_.scene_.entities[Index(row)])) return;
     world_.near_->Reserve(world_.geometry_rows_[Index(row)], RegionOf(row, acceleration));
     swift.push_back(row);
   };

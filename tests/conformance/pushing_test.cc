@@ -168,7 +168,9 @@ TEST_P(Pushing, AFastThinPusherPassesThroughNobodyAsleepOrAwake) {
     const auto world = testing::MakeWorld(desc);
     Require(*world, Feature::kContacts);
     const EntityId ball = Add(*world, Ball({0, 0, 0}, 0.03));
-    EntityDesc paddle = Body(Box{{0.01, 0.2, 0.2}}, {-1 - random.Uniform(0, 1), 0, 0});
+    // Some are much wider than they go in a step.
+    const double half_width = i % 3 == 0 ? 3 : 0.2;
+    EntityDesc paddle = Body(Box{{0.01, half_width, half_width}}, {-1 - random.Uniform(0, 1), 0, 0});
     paddle.rigid_body->motion_type = MotionType::kKinematic;
     const EntityId id = Add(*world, paddle);
     if (sleeps) {
