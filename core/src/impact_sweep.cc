@@ -40,13 +40,13 @@ class Sweeper {
     }
   }
 
-  std::vector<SweptPair> Find() {
+  Swept Find() {
     FindCandidates();
     std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
       return a.sweep != b.sweep ? a.sweep < b.sweep : world_.rule.Before(a.other, b.other);
     });
-    std::vector<SweptPair> swept;
-    for (const Candidate& candidate : candidates_) Meet(sweeps_[candidate.sweep], candidate.other, swept);
+    Swept swept;
+    for (const Candidate& candidate : candidates_) Meet(candidate, swept);
     return swept;
   }
 
@@ -63,6 +63,7 @@ class Sweeper {
   struct Candidate {
     uint32_t sweep;
     GeometryRow other;
+    bool is_sensor;  // one of the two is
   };
 
   // Whether going so far takes it through nothing that the test at the end would not show.
@@ -83,33 +84,36 @@ class Sweeper {
         is_known_ = true;
       } else {
         near_.VisitOthers(world_.rule, sweep.own, sweep.bounds, [&](GeometryRow other) {
-          if (world_.rule.Decide(sweep.own, other) == PairRule::Verdict::kCollide) candidates_.push_back({i, other});
+          const PairRule::Verdict verdict = world_.rule.Decide(sweep.own, other);
+          if (verdict == PairRule::Verdict::kIgnore) return;
+          candidates_.push_back({i, other, verdict == PairRule::Verdict::kSensor});
         });
       }
     }
     if (!is_known_) return;
     for (const NearPairs::Pair& pair : near_.pairs()) {
-      if (pair.is_sensor) continue;
-      AddKnown(pair.entity_a, pair.a, pair.b);
-      AddKnown(pair.entity_b, pair.b, pair.a);
+      AddKnown(pair.entity_a, pair.a, pair.b, pair.is_sensor);
+      AddKnown(pair.entity_b, pair.b, pair.a, pair.is_sensor);
     }
     world_.swept_index.Clear();
   }
 
-  void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other) {
+  void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other, bool is_sensor) {
     const int first = std::as_const(world_.swept_index)[entity];
     if (first < 0) return;
     for (auto i = static_cast<uint32_t>(first); i < sweeps_.size() && sweeps_[i].way->row == entity; ++i) {
       const Sweep& sweep = sweeps_[i];
       if (sweep.own != own || !near_.KnowsAllIn(own, sweep.bounds)) continue;
-      if (near_.MayReach(other, sweep.bounds)) candidates_.push_back({i, other});
+      if (near_.MayReach(other, sweep.bounds)) candidates_.push_back({i, other, is_sensor});
     }
   }
 
-  void Meet(const Sweep& sweep, GeometryRow other, std::vector<SweptPair>& swept) const {
+  void Meet(const Candidate& candidate, Swept& swept) const {
+    const Sweep& sweep = sweeps_[candidate.sweep];
+    const GeometryRow other = candidate.other;
     const FlownWay& way = *sweep.way;
     const EntityRow target = world_.rule.info(other).entity;
-    if (world_.flies[target] || (!IsDynamic(way.row) && !IsDynamic(target))) return;
+    if (world_.flies[target]) return;
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
@@ -125,16 +129,12 @@ class Sweeper {
     if (!hit || !(hit->fraction > 0)) return;
     SweptPair pair{way.row, target, sweep.own, other, (1 - hit->fraction) * way.time, 0};
     pair.closing = -relative.dot(hit->normal) / way.time;
-    if (!(pair.closing > speed_.Of(way.row, target, hit->normal))) return;
+    if (!candidate.is_sensor && !(pair.closing > speed_.Of(way.row, target, hit->normal))) return;
     if (!world_.rule.Before(sweep.own, other)) {
       std::swap(pair.entity_a, pair.entity_b);
       std::swap(pair.geometry_a, pair.geometry_b);
     }
-    swept.push_back(pair);
-  }
-
-  bool IsDynamic(EntityRow row) const {
-    return world_.scene.entities[Index(row)]->desc->rigid_body->motion_type == MotionType::kDynamic;
+    (candidate.is_sensor ? swept.visits : swept.hits).push_back(pair);
   }
 
   // Whether even the spheres around both are apart all the way.
@@ -162,8 +162,7 @@ class Sweeper {
 
 }  // namespace
 
-std::vector<SweptPair> FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways,
-                                 double step_size) {
+Swept FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways, double step_size) {
   Sweeper sweeper(world, near, step_size, ways.size());
   for (const FlownWay& way : ways) sweeper.Add(way);
   return sweeper.Find();

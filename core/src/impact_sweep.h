@@ -14,10 +14,15 @@ struct FlownWay {
   double time = 0;  // s that it took
 };
 
+/// Whom bodies met on their ways.
+struct Swept {
+  std::vector<SweptPair> hits;
+  std::vector<SweptPair> visits;  // of sensors, or by them
+};
+
 /// What the bodies of `ways` flew into on their ways and may be out of again, for those that went so far that the test
 /// at the end may have missed it. Geometries are taken along the chord of their way, without turning, and those that
 /// they meet along theirs.
-std::vector<SweptPair> FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways,
-                                 double step_size);
+Swept FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways, double step_size);
 
 }  // namespace genphys

@@ -125,6 +125,18 @@ bool StepRun::WakeSwept(std::span<const SweptPair> swept) {
   return true;
 }
 
+void StepRun::AddVisits() {
+  std::vector<ContactPair> pairs;
+  for (const SweptPair& visit : visits_) {
+    pairs.push_back({.entity_a = visit.entity_a,
+                     .entity_b = visit.entity_b,
+                     .geometry_a = visit.geometry_a,
+                     .geometry_b = visit.geometry_b,
+                     .is_sensor = true});
+  }
+  touches_.AddVisits(world_.contacts_, pairs);
+}
+
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
@@ -138,10 +150,12 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   RowMarks& changed = scratch_.changed;
   const RowMarks* looked_at = nullptr;
   bool is_over = false;
+  visits_.clear();
   for (int wave = 0; wave < kWavesMax; ++wave) {
-    const std::vector<SweptPair> swept = FindSwept(surroundings, *world_.near_, ways, h);
-    if (WakeSwept(swept)) FillRelativeVelocities(looked_at = nullptr);
-    is_over = !impacts.Solve(world_.contacts_, looked_at, swept);
+    const Swept swept = FindSwept(surroundings, *world_.near_, ways, h);
+    visits_.insert(visits_.end(), swept.visits.begin(), swept.visits.end());
+    if (WakeSwept(swept.hits)) FillRelativeVelocities(looked_at = nullptr);
+    is_over = !impacts.Solve(world_.contacts_, looked_at, swept.hits);
     if (is_over) break;
     ways.clear();
     changed.Clear();
@@ -150,6 +164,9 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     for (const Impacts::Moved& moved : impacts.moved()) {
       ways.push_back({moved.row, moved.struck, moved.time});
       rows.push_back(moved.row);
+      std::erase_if(visits_, [&](const SweptPair& visit) {
+        return (visit.entity_a == moved.row || visit.entity_b == moved.row) && visit.time < moved.time;
+      });
     }
     for (const EntityRow row : locked_.Finish()) changed.Mark(row);
     bool is_all_new = false;
@@ -167,6 +184,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   scratch_.free_since.Clear();
   world_.near_->PutInOrder(world_.contacts_);
   touches_.AddSolved(impacts.impulses());
+  if (after_move) AddVisits();
   Mark("impacts");
   return is_over;
 }

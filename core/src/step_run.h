@@ -115,6 +115,7 @@ class StepRun {
   // False: there were too many for one substep.
   bool ResolveImpacts(double h, double elapsed, bool after_move);
   ImpactWorld Surroundings();
+  void AddVisits();
 
   // Energy of joints (step_energy.cc).
   bool IsMovedByOthers(EntityRow row) const;
@@ -159,6 +160,7 @@ class StepRun {
   StepTouches touches_;
   JointStep& joints_;
   LockedBodies locked_;
+  std::vector<SweptPair> visits_;  // of sensors in this substep, by who was not stopped before
   std::vector<JointBroke> broken_;
   std::vector<EntityId> faulted_;
   std::chrono::steady_clock::time_point mark_;

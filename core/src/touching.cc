@@ -87,6 +87,14 @@ void StepTouches::AddSolved(const ContactBuffer& contacts) {
   Merge(contacts, true);
 }
 
+void StepTouches::AddVisits(const ContactBuffer& contacts, std::span<const ContactPair> visits) {
+  if (!kinds_.sensors) return;
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor && DeepEnough(contacts, pair)) visits_.push_back(PairOf(pair));
+  }
+  for (const ContactPair& visit : visits) visits_.push_back(PairOf(visit));
+}
+
 void StepTouches::AddFinal(const ContactBuffer& contacts) {
   found_.clear();
   for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
@@ -138,6 +146,20 @@ void StepTouches::ReportNow(const Touch& touch, bool was, std::vector<EventKind>
   }
 }
 
+// Of those who are inside neither before nor after the step.
+void StepTouches::ReportVisits(std::vector<EventKind>& events) const {
+  std::vector<TouchingPair> visits = visits_;
+  std::ranges::sort(visits);
+  const auto twice = std::ranges::unique(visits);
+  visits.erase(twice.begin(), twice.end());
+  for (const TouchingPair& pair : visits) {
+    const auto now = std::ranges::lower_bound(touches_, pair, {}, &Touch::pair);
+    if ((now != touches_.end() && now->pair == pair) || std::ranges::binary_search(before_, pair)) continue;
+    ReportNow({.pair = pair}, false, events);
+    ReportEnd(pair, events);
+  }
+}
+
 void StepTouches::ReportEnd(const TouchingPair& pair, std::vector<EventKind>& events) const {
   const auto& [a, b] = pair.pair;
   if (!pair.is_sensor && kinds_.contacts) events.push_back(ContactEnded{pair.pair});
@@ -153,6 +175,7 @@ void StepTouches::Report(std::vector<EventKind>& events) const {
     ReportNow(touch, was, events);
   }
   for (; old != before_.end(); ++old) ReportEnd(*old, events);
+  ReportVisits(events);
 }
 
 }  // namespace genphys

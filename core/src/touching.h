@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <vector>
 
 #include "genphys/contact.h"
@@ -21,6 +22,11 @@ class StepTouches {
 
   /// Takes the pairs that passed on an impulse in the substep just solved.
   void AddSolved(const ContactBuffer& contacts);
+
+  /// Takes the pairs of visitors that were inside sensors, or on their way through them, in the substep just done:
+  /// those of `contacts` that are deep enough where it ends, and `visits`. Who is not inside when the step ends came
+  /// and went.
+  void AddVisits(const ContactBuffer& contacts, std::span<const ContactPair> visits);
 
   /// Takes the pairs that are deep enough at the poses where the step ends.
   void AddFinal(const ContactBuffer& contacts);
@@ -53,6 +59,7 @@ class StepTouches {
   void Merge(const ContactBuffer& contacts, bool solved);
   static std::vector<EventContactPoint> PointsOf(const Touch& touch);
   void ReportNow(const Touch& touch, bool was, std::vector<EventKind>& events) const;
+  void ReportVisits(std::vector<EventKind>& events) const;
   void ReportEnd(const TouchingPair& pair, std::vector<EventKind>& events) const;
   bool WillBeTold(const TouchingPair& pair) const;
   void Collect(const ContactBuffer& contacts, const ContactPair& pair, std::vector<EventContactPoint>& points) const;
@@ -62,7 +69,8 @@ class StepTouches {
   const EventKinds& kinds_;
   const std::vector<TouchingPair>& before_;
   std::vector<Touch> touches_;  // ascending
-  std::vector<Found> found_;    // scratch
+  std::vector<TouchingPair> visits_;
+  std::vector<Found> found_;  // scratch
 };
 
 }  // namespace genphys
