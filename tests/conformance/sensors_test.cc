@@ -35,7 +35,7 @@ std::unique_ptr<World> Space(const std::string& engine, Quality quality = Qualit
 
 TEST_P(Sensors, NoticeWhoFliesThroughThemHoweverFast) {
   for (const Quality quality : {Quality::kFast, Quality::kBalanced, Quality::kAccurate}) {
-    for (const double speed : {1.0, 3.0, 10.0, 50.0, 300.0}) {
+    for (const double speed : {1.0, 3.0, 8.0, 10.0, 50.0, 300.0}) {
       for (const double start : {-1.0, -1.013, -1.37, -2.7113}) {
         SCOPED_TRACE(std::to_string(speed) + " m/s from " + std::to_string(start));
         const auto world = Space(GetParam(), quality);
