@@ -7,12 +7,9 @@ namespace {
 
 // A moving geometry's neighbourhood is wider than its box, so that what creeps, trembles or rolls stays within it.
 constexpr double kMargin = 0.05;  // of the largest side
-// How far ahead it reaches along the last displacement.
-constexpr double kAhead = 8;
 
-Bounds Widened(const Bounds& box, const Vector3& displacement) {
+Bounds Widened(const Bounds& box, const Vector3& ahead) {
   const Vector3 margin = Vector3::Constant(kMargin * (box.max - box.min).maxCoeff());
-  const Vector3 ahead = kAhead * displacement;
   return {box.min - margin + ahead.cwiseMin(0), box.max + margin + ahead.cwiseMax(0)};
 }
 
@@ -43,18 +40,18 @@ void BroadPhase::Move(GeometryRow row, const Bounds& box) {
   Proxy& proxy = proxies_[Index(row)];
   const Bounds before = std::exchange(proxy.box, box);
   const Vector3 displacement = 0.5 * (box.min + box.max - before.min - before.max);
+  if (proxy.neighbourhood.Contains(box)) return;
   BoundsTree& tree = proxy.kind == Kind::kMoving ? moving_ : resting_;
-  if (tree.box(proxy.leaf).Contains(box)) return;
   tree.Remove(proxy.leaf);
   // What jumps further than its own size was put there, and says nothing of where it goes next.
   const bool jumped = displacement.squaredNorm() > (box.max - box.min).squaredNorm();
   if (proxy.kind != Kind::kMoving) {
-    proxy.leaf = tree.Insert(box, row, proxy.group);
+    Enter(tree, box, row, proxy);
   } else if (jumped) {
-    proxy.leaf = tree.Insert(Widened(box, Vector3::Zero()), row, proxy.group);
+    Enter(tree, Widened(box, Vector3::Zero()), row, proxy);
   } else {
     // With where it comes from, for whoever asks what it met on its way.
-    proxy.leaf = tree.Insert(Widened(box, displacement).Union(Widened(before, Vector3::Zero())), row, proxy.group);
+    Enter(tree, Widened(box, proxy.ahead * displacement).Union(Widened(before, Vector3::Zero())), row, proxy);
   }
   MarkFresh(row);
 }
@@ -92,13 +89,13 @@ bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
 
 bool BroadPhase::Surrounds(GeometryRow row, const Bounds& box) const {
   const Proxy& proxy = proxies_[Index(row)];
-  return !any_fresh() && proxy.kind == Kind::kMoving && Neighbourhood(proxy).Contains(box);
+  return !any_fresh() && proxy.kind == Kind::kMoving && proxy.neighbourhood.Contains(box);
 }
 
 bool BroadPhase::MayReach(GeometryRow row, const Bounds& box) const {
   const Proxy& proxy = proxies_[Index(row)];
   if (proxy.kind == Kind::kPlane) return Reaches(box, planes_[proxy.index].half_space);
-  return Neighbourhood(proxy).Overlaps(box);
+  return proxy.neighbourhood.Overlaps(box);
 }
 
 bool BroadPhase::Reaches(const Bounds& box, const HalfSpace& half_space) {
@@ -119,12 +116,17 @@ void BroadPhase::Enter(GeometryRow row, bool moving) {
   proxy.kind = moving ? Kind::kMoving : Kind::kResting;
   MarkFresh(row);
   if (!moving) {
-    proxy.leaf = resting_.Insert(proxy.box, row, proxy.group);
+    Enter(resting_, proxy.box, row, proxy);
     return;
   }
-  proxy.leaf = moving_.Insert(Widened(proxy.box, Vector3::Zero()), row, proxy.group);
+  Enter(moving_, Widened(proxy.box, Vector3::Zero()), row, proxy);
   proxy.index = static_cast<uint32_t>(moving_rows_.size());
   moving_rows_.push_back(row);
+}
+
+void BroadPhase::Enter(BoundsTree& tree, const Bounds& neighbourhood, GeometryRow row, Proxy& proxy) {
+  proxy.neighbourhood = neighbourhood;
+  proxy.leaf = tree.Insert(neighbourhood, row, proxy.group);
 }
 
 void BroadPhase::Leave(GeometryRow row) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -32,14 +33,21 @@ class BroadPhase {
   void MarkFresh(GeometryRow row);
   void ForgetFresh();
 
-  /// Calls visit(a, b), in no particular order, once for each pair of neighbours of which one or both are fresh.
+  /// Calls visit(a, b), in no particular order, once for each pair of neighbours of which one or both are fresh. Who
+  /// has none will have a neighbourhood that reaches farther ahead.
   template <typename Visit>
-  void VisitFreshPairs(Visit&& visit) const {
+  void VisitFreshPairs(Visit&& visit) {
     for (GeometryRow row : fresh_rows_) {
+      bool is_alone = true;
       VisitNeighbours(row, [&](GeometryRow other) {
+        if (other == row) return;
+        is_alone = false;
+        proxies_[Index(other)].ahead = kAhead;
         // Each of two fresh ones finds the other.
-        if (other != row && (!IsFresh(other) || Index(row) < Index(other))) visit(row, other);
+        if (!IsFresh(other) || Index(row) < Index(other)) visit(row, other);
       });
+      uint8_t& ahead = proxies_[Index(row)].ahead;
+      ahead = is_alone ? std::min<uint8_t>(2 * ahead, kAheadMost) : kAhead;
     }
   }
 
@@ -72,13 +80,19 @@ class BroadPhase {
  private:
   enum class Kind : uint8_t { kAbsent, kResting, kMoving, kPlane };
 
+  // How far a neighbourhood reaches along the last displacement: to find it a new place in the tree is dear, and so are
+  // neighbours who are none.
+  static constexpr uint8_t kAhead = 8, kAheadMost = 64;
+
   struct Proxy {
-    Bounds box;  // tight
+    Bounds box;            // tight
+    Bounds neighbourhood;  // of its leaf, which lies elsewhere in memory and is asked for at every move
     BoundsTree::Node leaf = BoundsTree::kNone;
     uint32_t index = 0;  // in moving_rows_ or planes_
     uint32_t group = BoundsTree::kNoGroup;
     Kind kind = Kind::kAbsent;
     bool is_fresh = false;
+    uint8_t ahead = kAhead;  // displacements
   };
 
   struct Plane {
@@ -93,11 +107,11 @@ class BroadPhase {
     if (proxy.kind == Kind::kAbsent) return;
     if (proxy.kind == Kind::kPlane) {
       for (GeometryRow other : moving_rows_) {
-        if (Reaches(Neighbourhood(proxies_[Index(other)]), planes_[proxy.index].half_space)) visit(other);
+        if (Reaches(proxies_[Index(other)].neighbourhood, planes_[proxy.index].half_space)) visit(other);
       }
       return;
     }
-    const Bounds& box = Neighbourhood(proxy);
+    const Bounds& box = proxy.neighbourhood;
     moving_.VisitOverlaps(box, proxy.group, visit);
     if (proxy.kind != Kind::kMoving) return;
     resting_.VisitOverlaps(box, proxy.group, visit);
@@ -107,9 +121,7 @@ class BroadPhase {
   }
 
   static bool Reaches(const Bounds& box, const HalfSpace& half_space);
-  const Bounds& Neighbourhood(const Proxy& proxy) const {
-    return (proxy.kind == Kind::kMoving ? moving_ : resting_).box(proxy.leaf);
-  }
+  static void Enter(BoundsTree& tree, const Bounds& neighbourhood, GeometryRow row, Proxy& proxy);
   Proxy& NewProxy(GeometryRow row);
   void Enter(GeometryRow row, bool moving);
   void Leave(GeometryRow row);
