@@ -45,7 +45,9 @@ void Impacts::TieStruck() {
 }
 
 void Impacts::Tie(const JointStep::Linked& linked) {
-  const auto is_among = [&](EntityRow row) { return std::ranges::find(linked.rows, row) != linked.rows.end(); };
+  std::vector<EntityRow> sorted = linked.rows;
+  std::ranges::sort(sorted);
+  const auto is_among = [&](EntityRow row) { return std::ranges::binary_search(sorted, row); };
   const auto impacts = static_cast<size_t>(std::ranges::count_if(candidates_, [&](const Candidate& candidate) {
     return is_among(candidate.pair.entity_a) || is_among(candidate.pair.entity_b);
   }));
