@@ -1,6 +1,7 @@
 #include "results.h"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <sstream>
@@ -66,7 +67,8 @@ std::string ToJson(const Results& results, Part part, const std::vector<Problem>
   WriteMachine(out);
   out << "  \"versions\": {\n    ";
   WriteEngines(out, registry);
-  out << "\n  },\n  \"calibration\": " << Number(results.calibration) << ",\n";
+  out << "\n  },\n  \"calibration\": " << (std::isfinite(results.calibration) ? Number(results.calibration) : "null")
+      << ",\n";
   const char* separator = "";
   if (part == Part::kPeers) {
     out << "  \"peers\": {";
