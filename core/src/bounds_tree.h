@@ -35,7 +35,6 @@ class BoundsTree {
   /// A leaf that stays valid until it is removed.
   Node Insert(const Bounds& box, GeometryRow row, uint32_t group);
   void Remove(Node leaf);
-  const Bounds& box(Node leaf) const { return nodes_[leaf].box; }
 
   /// Calls visit(row) for each leaf whose box overlaps `box`, but for those of the group `left_out`.
   template <typename Visit>
