@@ -113,7 +113,7 @@ class Sweeper {
     const GeometryRow other = candidate.other;
     const FlownWay& way = *sweep.way;
     const EntityRow target = world_.rule.info(other).entity;
-    if (world_.flies[target]) return;
+    if (world_.flies[target] || (candidate.is_sensor && !world_.scene.world.recorded_events.sensors)) return;
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
