@@ -155,7 +155,7 @@ void Impacts::FindMissed(const ContactBuffer& contacts) {
 
 // What slides or rolls into something: the engine would stop it a substep too late, and in its own way.
 bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
-  const auto goes = [&](EntityRow row) { return world_.active[Index(row)] != 0 && !world_.jointed[row]; };
+  const auto goes = [&](EntityRow row) { return world_.active[Index(row)] && !world_.jointed[row]; };
   if (!rewinds_ || !(goes(pair.entity_a) || goes(pair.entity_b))) return false;
   EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   if (entities.b < entities.a) std::swap(entities.a, entities.b);
@@ -226,7 +226,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
 
 // A body's later impacts wait until the earlier ones have changed its way.
 void Impacts::KeepEarliest() {
-  const auto is_moved = [&](EntityRow row) { return world_.active[Index(row)] != 0; };
+  const auto is_moved = [&](EntityRow row) { return world_.active[Index(row)]; };
   for (const Candidate& c : candidates_) {
     for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
       if (is_moved(row)) world_.earliest[row] = std::max(world_.earliest[row], c.time);

@@ -9,6 +9,7 @@
 #include "genphys/narrow_phase.h"
 #include "genphys/pair_rule.h"
 #include "genphys/row_marks.h"
+#include "genphys/row_set.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "impact_motion.h"
@@ -27,7 +28,7 @@ struct ImpactWorld {
   LayerState& layer;
   const PairRule& rule;
   const std::vector<std::vector<GeometryRow>>& geometry_rows;
-  const std::vector<uint8_t>& active;
+  const RowSet& active;
   const RowValues<Vector3>& accelerations;  // m/s^2 from outside
   const RowMarks& flew;                     // in flight before the solve of this substep
   const RowMarks& flies;                    // moved in one go at the end of the step, with nothing in its way

@@ -8,6 +8,7 @@
 #include "genphys/joint_index.h"
 #include "genphys/layer_state.h"
 #include "genphys/row_marks.h"
+#include "genphys/row_set.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "genphys/stepper.h"
@@ -26,8 +27,7 @@ inline constexpr double kResolvedTurn = 0.7;
 /// to. Arguments outlive this object. It is kept from step to step for its memory only.
 class JointStep {
  public:
-  JointStep(const Scene& scene, const JointIndex& index, StateArrays& state, const std::vector<uint8_t>& active,
-            LayerState& layer)
+  JointStep(const Scene& scene, const JointIndex& index, StateArrays& state, const RowSet& active, LayerState& layer)
       : scene_(scene), index_(index), state_(state), active_(active), layer_(layer) {}
 
   /// Begins a step without joints; Hold() adds them. `jointed`, which outlives the step, gets the rows that they hold.
@@ -169,7 +169,7 @@ class JointStep {
   const Scene& scene_;
   const JointIndex& index_;
   StateArrays& state_;
-  const std::vector<uint8_t>& active_;
+  const RowSet& active_;
   LayerState& layer_;
   RowMarks* jointed_ = nullptr;
   std::vector<JointBody> bodies_{1};  // the first is the world

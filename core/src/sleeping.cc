@@ -35,7 +35,7 @@ bool IsHeld(const SceneJoint& joint, const LayerState& layer) {
 }
 
 // Whom the joint makes restless: whoever hangs on something that moves, or is driven.
-void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<uint8_t>& active, DisjointSets& islands,
+void VisitJoint(const Scene& scene, const SceneJoint& joint, const RowSet& active, DisjointSets& islands,
                 std::vector<uint8_t>& restless) {
   const JointDesc& desc = joint.desc;
   const bool is_driven = IsDriven(desc.kind);
@@ -53,8 +53,7 @@ void VisitJoint(const Scene& scene, const SceneJoint& joint, const std::vector<u
 }  // namespace
 
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const JointIndex& joints, const std::vector<uint8_t>& active,
-                                   const LayerState& layer) {
+                                   const JointIndex& joints, const RowSet& active, const LayerState& layer) {
   const auto has_rested = [&](EntityRow row) { return HasRested(scene, layer, Index(row)); };
   if (std::ranges::none_of(rows, has_rested)) return {};
 

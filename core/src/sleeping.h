@@ -5,6 +5,7 @@
 #include "genphys/joint_index.h"
 #include "genphys/layer_state.h"
 #include "genphys/row_marks.h"
+#include "genphys/row_set.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 
@@ -13,8 +14,7 @@ namespace genphys {
 /// Those of the awake dynamic `rows` whose islands (dynamic bodies that touch or are joined) are of bodies that have
 /// all rested long enough, ascending.
 std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const JointIndex& joints, const std::vector<uint8_t>& active,
-                                   const LayerState& layer);
+                                   const JointIndex& joints, const RowSet& active, const LayerState& layer);
 
 /// How many groups the awake dynamic `rows` make that touch or are joined; who does neither is a group alone.
 uint32_t CountIslands(const Scene& scene, const LayerState& layer, const JointIndex& joints,

@@ -165,7 +165,8 @@ void World::Reset() {
   entity_count_ = static_cast<uint32_t>(
       std::count_if(scene_.entities.begin(), scene_.entities.end(), [](const auto& e) { return e.has_value(); }));
   solved_.Clear();
-  std::fill(active_.begin(), active_.end(), uint8_t{0});
+  active_.Clear();
+  lately_active_.Clear();
   active_count_ = 0;
   rule_ = PairRule();
   joint_count_ = static_cast<uint32_t>(
@@ -241,7 +242,7 @@ void World::AddToEngine(EntityRow row) {
 
 void World::UpdateActive(EntityRow row) {
   const bool should = ShouldBeActive(row);
-  if (should == static_cast<bool>(active_[Index(row)])) return;
+  if (should == active_[Index(row)]) return;
   SetActive(row, should);
   contacts_stale_ = true;
   const auto& body = scene_.entities[Index(row)]->desc->rigid_body;
@@ -273,9 +274,15 @@ void World::Wake(EntityRow row) {
 }
 
 void World::SetActive(EntityRow row, bool is_active) {
-  if (static_cast<bool>(active_[Index(row)]) == is_active) return;
-  active_[Index(row)] = is_active;
-  is_active ? ++active_count_ : --active_count_;
+  if (active_[Index(row)] == is_active) return;
+  if (is_active) {
+    active_.Add(Index(row));
+    lately_active_.Add(Index(row));
+    ++active_count_;
+  } else {
+    active_.Remove(Index(row));
+    --active_count_;
+  }
   is_stirred_ = is_stirred_ || is_active;
 }
 

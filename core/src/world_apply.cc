@@ -171,7 +171,6 @@ void World::Grow() {
   layer_.last_touches.resize(rows);
   layer_.half_steps.resize(rows);
   layer_.faulted.resize(rows);
-  active_.resize(rows);
   reaches_.resize(rows);
   flown_.resize(rows);
   state_.Resize(static_cast<uint32_t>(rows));

@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "cat.h"
@@ -94,22 +92,12 @@ void StepRun::Mark(std::string_view stage) {
 bool StepRun::IsDynamic(EntityRow row) const { return world_.scene_.entities[Index(row)]->traits.is_dynamic; }
 
 void StepRun::CollectRows() {
-  if (world_.active_count_ == 0) return;
-  const std::vector<uint8_t>& active = world_.active_;
-  const auto collect = [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const EntityRow row{static_cast<uint32_t>(i)};
-      if (active[i]) (IsDynamic(row) ? rows_ : kinematic_rows_).push_back(row);
-    }
-  };
-  // Many at a time, for most of many entities rest; a copy of fixed size is a load.
-  std::array<uint64_t, 4> some{};
-  const size_t whole = active.size() - active.size() % sizeof(some);
-  for (size_t first = 0; first < whole; first += sizeof(some)) {
-    std::memcpy(some.data(), active.data() + first, sizeof(some));
-    if ((some[0] | some[1] | some[2] | some[3]) != 0) collect(first, first + sizeof(some));
-  }
-  collect(whole, active.size());
+  if (world_.active_count_ == 0) return world_.lately_active_.Clear();
+  world_.lately_active_ = world_.active_;
+  world_.active_.ForEach([&](uint32_t index) {
+    const EntityRow row{index};
+    (IsDynamic(row) ? rows_ : kinematic_rows_).push_back(row);
+  });
 }
 
 void StepRun::Undo() {

@@ -14,12 +14,15 @@ class KeyframesOfAWorld : public ::testing::Test {
  protected:
   static constexpr int kBalls = 10;
 
-  KeyframesOfAWorld() {
-    // Everybody floats where it is, and nobody sleeps.
+  KeyframesOfAWorld() { Fill(AutoDisable{.enabled = false}); }
+
+  // Everybody floats where it is.
+  void Fill(const AutoDisable& auto_disable) {
     WorldDesc desc{.engine = testing::EnginesWithContacts().front(), .gravity = Vector3::Zero()};
     desc.ground_plane = false;
-    desc.default_auto_disable.enabled = false;
+    desc.default_auto_disable = auto_disable;
     world_ = testing::MakeWorld(desc);
+    balls_.clear();
     for (int i = 0; i < kBalls; ++i) {
       balls_.push_back(testing::Add(*world_, testing::Body(Sphere{0.5}, Vector3(3.0 * i, 0, 0.5))));
     }
@@ -77,6 +80,25 @@ TEST_F(KeyframesOfAWorld, TellWhatACommandChangedThoughNobodyWakes) {
   const v1::Frame delta = Encode(base);
   EXPECT_EQ(delta.keyframe_id(), base);
   EXPECT_EQ(delta.entity_ids().size(), sizeof(uint64_t));
+}
+
+TEST_F(KeyframesOfAWorld, TellWhoWokeAndSleptAgainWithinAStep) {
+  Fill(AutoDisable{.enabled = true, .rest_time = 0});
+  Step();
+  ASSERT_TRUE(world_->IsAtRest());
+  const double gap = 5e-5;
+  Apply(SetPose{.id = balls_[4], .position = Vector3(3.0 * 5 - 1 - gap, 0, 0.5)});
+  // So slow that both rest again at once.
+  Apply(SetVelocity{.id = balls_[4], .linear = Vector3(0.015, 0, 0)});
+  const uint64_t base = Encode(0).keyframe_id();
+
+  Step();
+
+  ASSERT_TRUE(world_->IsAtRest());
+  ASSERT_GT(world_->state().positions(0, balls_[5].index()), 3.0 * 5);
+  const v1::Frame delta = Encode(base);
+  EXPECT_EQ(delta.keyframe_id(), base);
+  EXPECT_EQ(delta.entity_ids().size(), 2 * sizeof(uint64_t));
 }
 
 TEST_F(KeyframesOfAWorld, AreNotThoseOfAnotherWorldOrAnotherEpoch) {

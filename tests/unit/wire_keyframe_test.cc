@@ -20,48 +20,10 @@ v1::FrameRequest Poses() {
   return request;
 }
 
-std::vector<uint32_t> RowsOf(const RowSet& set) {
-  std::vector<uint32_t> rows;
-  for (size_t row = 0; row < set.words().size() * RowSet::kRowsPerWord; ++row) {
-    if ((set.words()[row / RowSet::kRowsPerWord] >> (row % RowSet::kRowsPerWord) & 1) != 0) {
-      rows.push_back(static_cast<uint32_t>(row));
-    }
-  }
-  return rows;
-}
-
 RowSet All(uint32_t rows) {
   RowSet set;
   set.AddAll(rows);
   return set;
-}
-
-TEST(RowSet, HasThoseThatMoveAndAreAwake) {
-  // Over the ends of bytes, words and of what eight bytes divide.
-  constexpr uint32_t kRows = 64 + 64 + 13;
-  std::vector<uint8_t> asleep(kRows), moves(kRows);
-  std::vector<uint32_t> wanted;
-  for (uint32_t row = 0; row < kRows; ++row) {
-    asleep[row] = row % 3 == 0;
-    moves[row] = row % 5 != 0;
-    if (row % 3 != 0 && row % 5 != 0) wanted.push_back(row);
-  }
-  RowSet set;
-
-  set.AssignAwake(asleep, moves);
-
-  EXPECT_EQ(RowsOf(set), wanted);
-}
-
-TEST(RowSet, IsTheUnionOfWhatWasAdded) {
-  RowSet some, others;
-  some.Add(3);
-  others.Add(3);
-  others.Add(200);
-
-  some.Add(others);
-
-  EXPECT_EQ(RowsOf(some), (std::vector<uint32_t>{3, 200}));
 }
 
 TEST(Keyframe, TellsRowsThatDifferInAColumnThatIsWanted) {

@@ -18,6 +18,7 @@
 #include "genphys/placement.h"
 #include "genphys/query.h"
 #include "genphys/registry.h"
+#include "genphys/row_set.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "genphys/status.h"
@@ -79,6 +80,8 @@ class World {
   const ContactBuffer& contacts() const { return contacts_; }
   /// Grows whenever state() may have become another one; while it stays, only the step and the time go on.
   uint64_t changes() const { return changes_; }
+  /// Rows that were awake, or driven, at any time in the last step or since: of all others steps have changed nothing.
+  const RowSet& lately_active() const { return lately_active_; }
   bool faulted() const { return faulted_; }
   uint32_t entity_count() const { return entity_count_; }
   uint32_t joint_count() const { return joint_count_; }
@@ -245,7 +248,8 @@ class World {
   std::vector<double> reaches_;      // m, from the centre of mass to the farthest point; by entity row
   std::vector<uint8_t> flown_;       // moved by the layer alone, so that the engine has it elsewhere; by entity row
   // Whom the engine moves or tests against others: follows from columns and layer state.
-  std::vector<uint8_t> active_;
+  RowSet active_;
+  RowSet lately_active_;
   std::vector<EntityId> woken_;  // not told yet
   uint32_t active_count_ = 0;
   std::vector<EntityRow> roused_;  // since the step began

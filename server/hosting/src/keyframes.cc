@@ -23,16 +23,6 @@ uint64_t NewId() {
   return id;
 }
 
-std::vector<uint8_t> WhoMoves(const Scene& scene) {
-  std::vector<uint8_t> moves(scene.entities.size(), 0);
-  for (size_t row = 0; row < moves.size(); ++row) {
-    const auto& entity = scene.entities[row];
-    if (!entity || !entity->desc->rigid_body) continue;
-    moves[row] = entity->desc->rigid_body->motion_type == MotionType::kStatic ? 0 : 1;
-  }
-  return moves;
-}
-
 EncodedMessage Stamped(const v1::WorldStamp& stamp, Bytes body) {
   std::string head;
   AppendStamp(stamp, head);
@@ -73,10 +63,7 @@ void Keyframes::FollowCommands(const World& world, std::span<const Command> comm
     for (Kept& kept : kept_) kept.check_rows = true;
   }
   // What came may stand where something else was.
-  if (any_row || other_rows) {
-    touched_.AddAll(world.state().rows());
-    moves_known_ = false;
-  }
+  if (any_row || other_rows) touched_.AddAll(world.state().rows());
   Spread(world);
 }
 
@@ -87,10 +74,7 @@ void Keyframes::Changed() {
 }
 
 void Keyframes::Spread(const World& world) {
-  if (!std::exchange(moves_known_, true)) moves_ = WhoMoves(world.scene());
-  RowSet awake;
-  awake.AssignAwake(world.state().asleep, moves_);
-  touched_.Add(awake);
+  touched_.Add(world.lately_active());
   for (Kept& kept : kept_) kept.keyframe.MayDiffer(touched_);
 }
 
@@ -111,15 +95,9 @@ Keyframes::Kept& Keyframes::MakeWhole(const World& world, const v1::FrameRequest
     return kept.made_at == changes_ && !kept.check_rows && kept.wishes == wishes;
   });
   if (same != kept_.end()) return *same;
-  if (kept_.empty()) moves_known_ = false;
   kept_.push_front({wishes, Keyframe(world.state(), request, NewId(), step), 0, changes_, changes_});
   Kept& made = kept_.front();
   made.bytes = made.keyframe.bytes() + wishes.size();
-  // Who is awake now may be elsewhere after the next step, even if it sleeps by then.
-  if (!std::exchange(moves_known_, true)) moves_ = WhoMoves(world.scene());
-  RowSet awake;
-  awake.AssignAwake(world.state().asleep, moves_);
-  made.keyframe.MayDiffer(awake);
   Forget();
   return made;
 }

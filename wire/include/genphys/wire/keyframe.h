@@ -1,32 +1,14 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "genphys/ids.h"
+#include "genphys/row_set.h"
 #include "genphys/state.h"
 #include "genphys/v1/frame.pb.h"
 
 namespace genphys {
-
-/// A set of rows of a state, one bit each.
-class RowSet {
- public:
-  static constexpr size_t kRowsPerWord = 64;
-
-  void Add(uint32_t row);
-  void AddAll(uint32_t rows);
-  void Add(const RowSet& others);
-  void Clear() { words_.clear(); }
-  /// Of rows that `moves` has a 1 for, those that `asleep` has a 0 for. Costs a fraction of a nanosecond per row.
-  void AssignAwake(std::span<const uint8_t> asleep, std::span<const uint8_t> moves);
-  /// Ascending.
-  std::span<const uint64_t> words() const { return words_; }
-
- private:
-  std::vector<uint64_t> words_;
-};
 
 /// What the rows of a whole frame were like, so that a later frame can be told by those that differ.
 class Keyframe {

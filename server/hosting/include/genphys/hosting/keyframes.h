@@ -66,9 +66,7 @@ class Keyframes {
   FrameBodies bodies_;    // of those that are no keyframes
   std::list<Kept> kept_;  // newest first
   uint64_t changes_ = 0;
-  RowSet touched_;              // rows of the present change
-  std::vector<uint8_t> moves_;  // by row: 1 for what is no fixture
-  bool moves_known_ = false;
+  RowSet touched_;  // rows of the present change
 };
 
 }  // namespace genphys
