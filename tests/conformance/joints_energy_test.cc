@@ -223,8 +223,9 @@ double SwingAPendulum(const std::string& engine, uint64_t seed, const Pendulums&
 
 TEST_P(JointsEnergy, IsNotKeptByLettingGoOfPendulumsOfUnequalLinks) {
   Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointUniversal, Claim::kJointFixed});
-  // They are chaotic: of 3,000 some three are jerked open wider, others with each change of rounding, and 99 of 100 come
-  // to no more than half. Half of them come to 0.0027, and to 0.0059 where what is followed turns by a constant spin.
+  // They are chaotic: of 3,000 some three are jerked open wider, others with each change of rounding, and 99 of 100
+  // come to no more than half. Half of them come to 0.0027, and to 0.0059 where what is followed turns by a constant
+  // spin.
   std::vector<double> opened;
   for (uint64_t seed = 1; seed <= kChains; ++seed) {
     opened.push_back(SwingAPendulum(GetParam(), seed, {4, 1e3, 120, 480}));
