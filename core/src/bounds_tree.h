@@ -36,6 +36,10 @@ class BoundsTree {
   Node Insert(const Bounds& box, GeometryRow row, uint32_t group);
   void Remove(Node leaf);
 
+  /// Around all leaves; of none the null box.
+  Bounds bounds() const { return root_ == kNone ? Bounds{} : nodes_[root_].box; }
+  bool empty() const { return root_ == kNone; }
+
   /// Calls visit(row) for each leaf whose box overlaps `box`, but for those of the group `left_out`.
   template <typename Visit>
   void VisitOverlaps(const Bounds& box, uint32_t left_out, Visit&& visit) const {

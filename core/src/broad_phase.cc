@@ -1,5 +1,6 @@
 #include "broad_phase.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace genphys {
@@ -17,7 +18,7 @@ Bounds Widened(const Bounds& box, const Vector3& ahead) {
 
 void BroadPhase::Add(GeometryRow row, const Bounds& box, bool moving, uint32_t group) {
   Proxy& proxy = NewProxy(row);
-  proxy.box = box;
+  proxy.box = moving ? box.Shifted(-drift_) : box;
   proxy.group = group;
   Enter(row, moving);
 }
@@ -36,8 +37,9 @@ void BroadPhase::Remove(GeometryRow row) {
   proxies_[Index(row)].kind = Kind::kAbsent;
 }
 
-void BroadPhase::Move(GeometryRow row, const Bounds& box) {
+void BroadPhase::Move(GeometryRow row, const Bounds& given) {
   Proxy& proxy = proxies_[Index(row)];
+  const Bounds box = proxy.kind == Kind::kMoving ? given.Shifted(-drift_) : given;
   const Bounds before = std::exchange(proxy.box, box);
   const Vector3 displacement = 0.5 * (box.min + box.max - before.min - before.max);
   if (proxy.neighbourhood.Contains(box)) return;
@@ -65,7 +67,37 @@ void BroadPhase::SetMoving(GeometryRow row, bool moving) {
   const Kind kind = proxies_[Index(row)].kind;
   if (kind == Kind::kPlane || (kind == Kind::kMoving) == moving) return;
   Leave(row);
+  Bounds& box = proxies_[Index(row)].box;
+  box = box.Shifted(moving ? Vector3(-drift_) : drift_);
   Enter(row, moving);
+}
+
+void BroadPhase::BeginDrift(const Vector3& way) {
+  way_ = way;
+  has_drifted_ = true;
+}
+
+void BroadPhase::EndDrift() {
+  drift_ += way_;
+  way_.setZero();
+}
+
+void BroadPhase::Settle() {
+  way_.setZero();
+  if (!std::exchange(has_drifted_, false)) return;
+  for (const GeometryRow row : moving_rows_) {
+    Proxy& proxy = proxies_[Index(row)];
+    moving_.Remove(proxy.leaf);
+    proxy.box = proxy.box.Shifted(drift_);
+    Enter(moving_, proxy.neighbourhood.Shifted(drift_), row, proxy);
+    MarkFresh(row);
+  }
+  drift_.setZero();
+}
+
+bool BroadPhase::IsFreeOfResting(const Bounds& box) const {
+  if (!resting_.empty() && resting_.bounds().Overlaps(box)) return false;
+  return std::ranges::none_of(planes_, [&](const Plane& plane) { return Reaches(box, plane.half_space); });
 }
 
 void BroadPhase::ForgetFresh() {
@@ -82,20 +114,21 @@ void BroadPhase::MarkFresh(GeometryRow row) {
 bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
   const Proxy& first = proxies_[Index(a)];
   const Proxy& second = proxies_[Index(b)];
-  if (first.kind == Kind::kPlane) return Reaches(second.box, planes_[first.index].half_space);
-  if (second.kind == Kind::kPlane) return Reaches(first.box, planes_[second.index].half_space);
-  return first.box.Overlaps(second.box);
+  if (first.kind == Kind::kPlane) return Reaches(BoxOf(second), planes_[first.index].half_space);
+  if (second.kind == Kind::kPlane) return Reaches(BoxOf(first), planes_[second.index].half_space);
+  if (first.kind == second.kind) return first.box.Overlaps(second.box);
+  return BoxOf(first).Overlaps(BoxOf(second));
 }
 
 bool BroadPhase::Surrounds(GeometryRow row, const Bounds& box) const {
   const Proxy& proxy = proxies_[Index(row)];
-  return !any_fresh() && proxy.kind == Kind::kMoving && proxy.neighbourhood.Contains(box);
+  return !any_fresh() && proxy.kind == Kind::kMoving && !has_drifted_ && proxy.neighbourhood.Contains(box);
 }
 
 bool BroadPhase::MayReach(GeometryRow row, const Bounds& box) const {
   const Proxy& proxy = proxies_[Index(row)];
   if (proxy.kind == Kind::kPlane) return Reaches(box, planes_[proxy.index].half_space);
-  return proxy.neighbourhood.Overlaps(box);
+  return NeighbourhoodOf(proxy).Overlaps(box);
 }
 
 bool BroadPhase::Reaches(const Bounds& box, const HalfSpace& half_space) {

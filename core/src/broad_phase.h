@@ -9,6 +9,7 @@ namespace genphys {
 
 /// Which geometries are near each other or a ray. Moving ones are kept apart from resting ones, and whoever asks for
 /// pairs remembers them: a search costs by the number of geometries that left the neighbourhood they were last seen in.
+/// Where all that moves goes the same way, far from what rests, neighbourhoods go along.
 class BroadPhase {
  public:
   /// A solid half-space dot(normal, p) <= offset, world. It counts as resting.
@@ -26,6 +27,17 @@ class BroadPhase {
   void Move(GeometryRow row, const Bounds& box);
   void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void SetMoving(GeometryRow row, bool moving);
+
+  /// Neighbourhoods of moving geometries go `way` (m, world) until EndDrift(). What Move() is told until then is where
+  /// a geometry may be as seen from what goes this way, at the beginning. No moving geometry may come near a resting
+  /// one, nor until the next Settle(): such neighbours are not found.
+  void BeginDrift(const Vector3& way);
+  void EndDrift();
+  void CancelDrift() { way_.setZero(); }
+  /// Neighbourhoods stay where they are from now on, and what rests in them is found.
+  void Settle();
+  /// Whether nothing that rests is in `box`.
+  bool IsFreeOfResting(const Bounds& box) const;
 
   /// Geometries that came, went, changed sides or left their neighbourhood since the last ForgetFresh().
   bool IsFresh(GeometryRow row) const { return proxies_[Index(row)].is_fresh; }
@@ -65,7 +77,7 @@ class BroadPhase {
     const BoxRay box_ray(ray);
     for (const Plane& plane : planes_) visit(plane.row);
     resting_.VisitRay(box_ray, fraction, visit);
-    moving_.VisitRay(box_ray, fraction, visit);
+    moving_.VisitRay(BoxRay({ray.origin - drift_, ray.translation}), fraction, visit);
   }
 
   /// Calls visit(row) for each geometry whose neighbourhood overlaps `box`, and for all planes, but for boxes of the
@@ -74,7 +86,7 @@ class BroadPhase {
   void VisitBounds(const Bounds& box, uint32_t left_out, Visit&& visit) const {
     for (const Plane& plane : planes_) visit(plane.row);
     resting_.VisitOverlaps(box, left_out, visit);
-    moving_.VisitOverlaps(box, left_out, visit);
+    moving_.VisitOverlaps(box.Shifted(-drift_), left_out, visit);
   }
 
  private:
@@ -85,8 +97,8 @@ class BroadPhase {
   static constexpr uint8_t kAhead = 8, kAheadMost = 64;
 
   struct Proxy {
-    Bounds box;            // tight
-    Bounds neighbourhood;  // of its leaf, which lies elsewhere in memory and is asked for at every move
+    Bounds box;            // tight; of a moving one as seen from what drifts
+    Bounds neighbourhood;  // the same of its leaf, which lies elsewhere in memory and is asked for at every move
     BoundsTree::Node leaf = BoundsTree::kNone;
     uint32_t index = 0;  // in moving_rows_ or planes_
     uint32_t group = BoundsTree::kNoGroup;
@@ -107,18 +119,31 @@ class BroadPhase {
     if (proxy.kind == Kind::kAbsent) return;
     if (proxy.kind == Kind::kPlane) {
       for (GeometryRow other : moving_rows_) {
-        if (Reaches(proxies_[Index(other)].neighbourhood, planes_[proxy.index].half_space)) visit(other);
+        if (Reaches(NeighbourhoodOf(proxies_[Index(other)]), planes_[proxy.index].half_space)) visit(other);
       }
       return;
     }
-    const Bounds& box = proxy.neighbourhood;
-    moving_.VisitOverlaps(box, proxy.group, visit);
-    if (proxy.kind != Kind::kMoving) return;
+    if (proxy.kind == Kind::kResting) {
+      const Bounds seen = proxy.neighbourhood.Shifted(-drift_);
+      moving_.VisitOverlaps(seen.Union(seen.Shifted(-way_)), proxy.group, visit);
+      return;
+    }
+    moving_.VisitOverlaps(proxy.neighbourhood, proxy.group, visit);
+    const Bounds box = NeighbourhoodOf(proxy);
     resting_.VisitOverlaps(box, proxy.group, visit);
     for (const Plane& plane : planes_) {
       if (Reaches(box, plane.half_space)) visit(plane.row);
     }
   }
+
+  // In the world, until the drift ends.
+  Bounds InWorld(const Proxy& proxy, const Bounds& box) const {
+    if (proxy.kind != Kind::kMoving || !has_drifted_) return box;
+    const Bounds now = box.Shifted(drift_);
+    return now.Union(now.Shifted(way_));
+  }
+  Bounds BoxOf(const Proxy& proxy) const { return InWorld(proxy, proxy.box); }
+  Bounds NeighbourhoodOf(const Proxy& proxy) const { return InWorld(proxy, proxy.neighbourhood); }
 
   static bool Reaches(const Bounds& box, const HalfSpace& half_space);
   static void Enter(BoundsTree& tree, const Bounds& neighbourhood, GeometryRow row, Proxy& proxy);
@@ -127,11 +152,14 @@ class BroadPhase {
   void Leave(GeometryRow row);
 
   std::vector<Proxy> proxies_;  // by geometry row
-  BoundsTree moving_;
+  BoundsTree moving_;           // as seen from what drifts
   BoundsTree resting_;
   std::vector<GeometryRow> moving_rows_;
   std::vector<Plane> planes_;
   std::vector<GeometryRow> fresh_rows_;
+  Vector3 drift_ = Vector3::Zero();  // m, how far it has drifted since it settled
+  Vector3 way_ = Vector3::Zero();    // m, how far it drifts until EndDrift()
+  bool has_drifted_ = false;         // since it settled
 };
 
 }  // namespace genphys

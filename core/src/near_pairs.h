@@ -45,6 +45,15 @@ class NearPairs {
   /// to be all over it.
   void Reserve(std::span<const GeometryRow> geometries, const Bounds& region);
 
+  /// Says that all that moves goes `way` (m, world) in the time to come, and what Reserve() is told until EndDrift() is
+  /// where that may be as seen from what goes this way. Nothing that moves may come near what rests, until Settle().
+  void BeginDrift(const Vector3& way) { broad_phase_.BeginDrift(way); }
+  void EndDrift() { broad_phase_.EndDrift(); }
+  void CancelDrift() { broad_phase_.CancelDrift(); }
+  void Settle() { broad_phase_.Settle(); }
+  /// Whether nothing that rests is near `bounds`.
+  bool IsFreeOfResting(const Bounds& bounds) const { return broad_phase_.IsFreeOfResting(bounds); }
+
   /// Asks the rule again about all pairs with these, for it has changed.
   void Renew(std::span<const GeometryRow> geometries);
 

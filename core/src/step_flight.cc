@@ -14,6 +14,11 @@ namespace {
 // Of c t: below it the closed form loses more digits than its series leaves out.
 constexpr double kSmallDamping = 1e-3;
 
+// Those go together whose mean velocity is so many times as large as what theirs differ from it.
+constexpr double kTogether = 2;
+// So many steps away they must be from what rests.
+constexpr double kStepsFromRest = 16;
+
 // What becomes of a velocity that decays by exp(-c t) on top of a constant acceleration: after `time` s, `lag` is left
 // of it, it took the body `way` (s) times as far as its start says, and the acceleration gave `way` of velocity and
 // `fall` (s^2) of way. The integrals of exp(-c t), once and twice.
@@ -57,38 +62,98 @@ void StepRun::MarkSteered() {
   }
 }
 
-// Where the body may be in this step, however it turns; damping only leaves out some of the way.
-Bounds StepRun::RegionOf(EntityRow row, const Vector3& acceleration) const {
+// Where the body may be in this step, however it turns, as seen from what goes `drift` meanwhile; damping only leaves
+// out some of the way.
+Bounds StepRun::RegionOf(EntityRow row, const Vector3& acceleration, const Vector3& drift) const {
   const Vector3 start = CenterOf(row);
-  const Vector3 coasted = step_size_ * state_.linear_velocities.col(Index(row));
+  const Vector3 coasted = step_size_ * state_.linear_velocities.col(Index(row)) - drift;
   const Vector3 fallen = step_size_ * step_size_ / 2 * acceleration;
   const Bounds way{start + coasted.cwiseMin(0) + fallen.cwiseMin(0), start + coasted.cwiseMax(0) + fallen.cwiseMax(0)};
   return way.Widened(world_.reaches_[Index(row)]);
+}
+
+// How far all go together in this step, if all may fly, far from what rests; else zero. Seen from what goes along they
+// hardly move, however fast they fall. It follows from the state alone, as lanes do.
+Vector3 StepRun::CommonWay() const {
+  const Vector3 none = Vector3::Zero();
+  if (flyers_.empty() || flyers_.size() != rows_.size() || !kinematic_rows_.empty()) return none;
+  Vector3 sum = none;
+  double squares = 0;
+  for (const Flyer& flyer : flyers_) {
+    // What is damped falls behind within a step.
+    if (world_.scene_.entities[Index(flyer.row)]->traits.linear_damping != 0) return none;
+    const Vector3 velocity = state_.linear_velocities.col(Index(flyer.row)) + step_size_ / 2 * flyer.acceleration;
+    sum += velocity;
+    squares += velocity.squaredNorm();
+  }
+  const Vector3 mean = sum / static_cast<double>(flyers_.size());
+  const double apart = squares / static_cast<double>(flyers_.size()) - mean.squaredNorm();
+  if (mean.squaredNorm() <= kTogether * kTogether * apart || mean.isZero(0)) return none;
+  Bounds all{CenterOf(rows_.front()), CenterOf(rows_.front())};
+  double margin = 0;
+  for (const Flyer& flyer : flyers_) {
+    const Vector3 center = CenterOf(flyer.row);
+    all = all.Union({center, center});
+    const double speed = state_.linear_velocities.col(Index(flyer.row)).norm() + step_size_ * flyer.acceleration.norm();
+    margin = std::max(margin, world_.reaches_[Index(flyer.row)] + kStepsFromRest * step_size_ * speed);
+  }
+  all = all.Widened(margin);
+  const bool fits = all.min.minCoeff() > -Limits::kPositionMax && all.max.maxCoeff() < Limits::kPositionMax;
+  return fits && world_.near_->IsFreeOfResting(all) ? Vector3(step_size_ * mean) : none;
+}
+
+void StepRun::GatherFlyers() {
+  flyers_.clear();
+  scratch_.flies.Clear();
+  for (EntityRow row : rows_) {
+    if (MayFly(row)) flyers_.push_back({row, SteadyPush(row).acceleration});
+  }
+}
+
+// Keeps room for the ways of those that fly, as seen from what goes `drift` in this step.
+void StepRun::ReserveFlyers(const Vector3& drift) {
+  const auto within = [](const Vector3& v, double bound) { return (v.array().abs() < bound).all(); };
+  // Who may leave the world's bounds is looked after by the engine's lane.
+  std::erase_if(flyers_, [&](const Flyer& flyer) {
+    const Bounds region = RegionOf(flyer.row, flyer.acceleration, drift);
+    const Vector3 end = state_.linear_velocities.col(Index(flyer.row)) + step_size_ * flyer.acceleration;
+    if (!within(region.min, Limits::kPositionMax) || !within(region.max, Limits::kPositionMax) ||
+        !within(end, Limits::kSpeedMax)) {
+      return true;
+    }
+    scratch_.flies.Mark(flyer.row);
+    world_.near_->Reserve(world_.geometry_rows_[Index(flyer.row)], region);
+    world_.flown_[Index(flyer.row)] = true;
+    return false;
+  });
+}
+
+// Whether all go on together until the end of the step.
+bool StepRun::Drift() {
+  const Vector3 drift = CommonWay();
+  if (drift.isZero(0)) return false;
+  world_.near_->BeginDrift(drift);
+  ReserveFlyers(drift);
+  GroundThoseThatMeet();
+  if (flyers_.size() == rows_.size()) return true;
+  GatherFlyers();
+  return false;
 }
 
 // Sorts rows_ into those that fly and those that the engine has to move.
 void StepRun::ChooseFlyers() {
   if (fields_.empty() && !world_.scene_.world.stepper.engine_only) {
     MarkSteered();
-    for (EntityRow row : rows_) {
-      if (!MayFly(row)) continue;
-      const Vector3 acceleration = SteadyPush(row).acceleration;
-      const Bounds region = RegionOf(row, acceleration);
-      const Vector3 end = state_.linear_velocities.col(Index(row)) + step_size_ * acceleration;
-      const auto within = [](const Vector3& v, double bound) { return (v.array().abs() < bound).all(); };
-      // Who may leave the world's bounds is looked after by the engine's lane.
-      if (!within(region.min, Limits::kPositionMax) || !within(region.max, Limits::kPositionMax) ||
-          !within(end, Limits::kSpeedMax)) {
-        continue;
-      }
-      scratch_.flies.Mark(row);
-      flyers_.push_back({row, acceleration});
-      world_.near_->Reserve(world_.geometry_rows_[Index(row)], region);
-      world_.flown_[Index(row)] = true;
+    GatherFlyers();
+    if (!Drift()) {
+      world_.near_->Settle();
+      ReserveFlyers(Vector3::Zero());
+      const std::vector<EntityRow> swift = ReserveSwift();
+      GroundThoseThatMeet();
+      for (const EntityRow row : swift) Place(row);
     }
-    const std::vector<EntityRow> swift = ReserveSwift();
-    GroundThoseThatMeet();
-    for (const EntityRow row : swift) Place(row);
+  } else {
+    world_.near_->Settle();
   }
   std::erase_if(rows_, [&](EntityRow row) { return scratch_.flies[row]; });
   // Nothing is near them, which is as good as a test.
@@ -106,7 +171,7 @@ std::vector<EntityRow> StepRun::ReserveSwift() {
     const double speed = (state_.linear_velocities.col(Index(row)) + step_size_ * acceleration).norm();
     const double turned = state_.angular_velocities.col(Index(row)).norm() * world_.reaches_[Index(row)];
     if (step_size_ * (speed + turned) <= ThicknessOf(*world_.scene_.entities[Index(row)])) return;
-    world_.near_->Reserve(world_.geometry_rows_[Index(row)], RegionOf(row, acceleration));
+    world_.near_->Reserve(world_.geometry_rows_[Index(row)], RegionOf(row, acceleration, Vector3::Zero()));
     swift.push_back(row);
   };
   for (const EntityRow row : rows_) {
@@ -205,6 +270,7 @@ void StepRun::FinishFlight() {
         WorldTensor(state_.pose(flyer.row).orientation, entity.mass.tensor) * state_.angular_velocities.col(row);
     state_.net_torques.col(row) = (1 - std::exp(damping * step_size_)) / step_size_ * momentum;
   }
+  world_.near_->EndDrift();
   Mark("flight");
 }
 

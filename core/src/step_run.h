@@ -72,7 +72,11 @@ class StepRun {
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;
   void MarkSteered();
-  Bounds RegionOf(EntityRow row, const Vector3& acceleration) const;
+  Bounds RegionOf(EntityRow row, const Vector3& acceleration, const Vector3& drift) const;
+  Vector3 CommonWay() const;
+  void GatherFlyers();
+  void ReserveFlyers(const Vector3& drift);
+  bool Drift();
   void ChooseFlyers();
   void GroundThoseThatMeet();
   void GroundMet(double elapsed);

@@ -50,6 +50,7 @@ void StepUndo::KeepSolved() {
 void StepUndo::Undo() {
   world_.undo_ = nullptr;
   const bool had_engine = world_.engine_ != nullptr;
+  if (world_.near_ != nullptr) world_.near_->CancelDrift();
   if (has_solved_) {
     std::swap(world_.scratch_->solved_before, world_.solved_);
     world_.engine_.reset();

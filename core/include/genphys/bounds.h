@@ -25,6 +25,7 @@ struct Bounds {
   }
   /// Larger by `margin` on every side.
   Bounds Widened(double margin) const { return {min.array() - margin, max.array() + margin}; }
+  Bounds Shifted(const Vector3& by) const { return {min + by, max + by}; }
   Bounds Union(const Bounds& o) const { return {min.cwiseMin(o.min), max.cwiseMax(o.max)}; }
 };
 
