@@ -250,7 +250,7 @@ void Impacts::KeepEarliest() {
 
 const Geometry& Impacts::GeometryAt(GeometryRow row) const {
   const EntityRow entity = world_.rule.info(row).entity;
-  const std::vector<GeometryRow>& rows = world_.geometry_rows[Index(entity)];
+  const GeometryRows& rows = world_.geometry_rows[Index(entity)];
   const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
   return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
 }

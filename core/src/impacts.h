@@ -27,7 +27,7 @@ struct ImpactWorld {
   StateArrays& state;
   LayerState& layer;
   const PairRule& rule;
-  const std::vector<std::vector<GeometryRow>>& geometry_rows;
+  const std::vector<GeometryRows>& geometry_rows;
   const RowSet& active;
   const RowValues<Vector3>& accelerations;  // m/s^2 from outside
   const RowMarks& flew;                     // in flight before the solve of this substep

@@ -42,8 +42,8 @@ bool PairRule::Before(GeometryRow row_a, GeometryRow row_b) const {
   return std::pair(a.entity_id, a.geometry_id) < std::pair(b.entity_id, b.geometry_id);
 }
 
-std::vector<GeometryRow> PairRule::Add(EntityRow entity, EntityId id, const RigidBody& body) {
-  std::vector<GeometryRow> rows;
+GeometryRows PairRule::Add(EntityRow entity, EntityId id, const RigidBody& body) {
+  GeometryRows rows;
   rows.reserve(body.geometries.size());
   for (const Geometry& geometry : body.geometries) {
     if (free_.empty()) {

@@ -70,7 +70,7 @@ std::vector<GeometryRow> World::RowsIn(const Bounds& bounds, uint64_t collides_w
 
 std::pair<const Geometry*, Placement> World::Placed(GeometryRow row) const {
   const PairRule::GeometryInfo& info = rule_.info(row);
-  const std::vector<GeometryRow>& rows = geometry_rows_[Index(info.entity)];
+  const GeometryRows& rows = geometry_rows_[Index(info.entity)];
   const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
   const Geometry& geometry = scene_.entities[Index(info.entity)]->desc->rigid_body->geometries[place];
   return {&geometry, ToPlacement(state_.pose(info.entity).Transform(geometry.pose_in_entity))};

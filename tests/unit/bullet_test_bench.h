@@ -32,7 +32,7 @@ struct Bench {
     state.set_pose(row, pose);
     state.linear_velocities.col(Index(row)) = body.linear_velocity;
     state.angular_velocities.col(Index(row)) = body.angular_velocity;
-    const std::vector<GeometryRow> geometries = rule.Add(row, id, body);
+    const GeometryRows geometries = rule.Add(row, id, body);
     world->AddBody({.row = row, .id = id, .body = body, .mass = mass, .geometries = geometries}, state);
     near.Add(rule, {body, geometries}, pose, true);
     bodies.resize(state.rows());
@@ -106,7 +106,7 @@ struct Bench {
 
   struct Added {
     RigidBody body;
-    std::vector<GeometryRow> geometries;
+    GeometryRows geometries;
   };
 
   std::unique_ptr<Backend> backend;

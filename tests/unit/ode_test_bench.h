@@ -108,7 +108,7 @@ class Bench {
  private:
   struct Added {
     RigidBody body;
-    std::vector<GeometryRow> geometries;
+    GeometryRows geometries;
   };
 
   NearPairs::Member member(EntityRow row) const { return {bodies_[Index(row)].body, bodies_[Index(row)].geometries}; }

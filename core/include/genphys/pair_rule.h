@@ -1,4 +1,6 @@
 #pragma once
+#include <absl/container/inlined_vector.h>
+
 #include <cstdint>
 #include <map>
 #include <span>
@@ -11,6 +13,9 @@
 #include "genphys/entity.h"
 
 namespace genphys {
+
+/// The geometries of one entity, in the order of its description. Most have one or two, which lie with it in memory.
+using GeometryRows = absl::InlinedVector<GeometryRow, 4>;
 
 /// What a pair of geometries may do to each other, decided by the layer so that every engine decides alike.
 class PairRule final {
@@ -56,8 +61,8 @@ class PairRule final {
 
   const GeometryInfo& info(GeometryRow row) const { return infos_[Index(row)]; }
 
-  /// Registers the geometries of one entity and returns their rows, in the order given.
-  std::vector<GeometryRow> Add(EntityRow entity, EntityId id, const RigidBody& body);
+  /// Registers the geometries of one entity and returns their rows.
+  GeometryRows Add(EntityRow entity, EntityId id, const RigidBody& body);
   void Remove(std::span<const GeometryRow> rows);
 
   /// From now on the two entities ignore each other, until as many calls of Regard(). Either may be gone.

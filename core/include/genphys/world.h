@@ -241,7 +241,7 @@ class World {
   ContactBuffer contacts_;
   ContactBuffer solved_;  // what the last solve left, for another engine to start from
   PairRule rule_;
-  std::vector<std::vector<GeometryRow>> geometry_rows_;  // by entity row
+  std::vector<GeometryRows> geometry_rows_;  // by entity row
   const Backend* backend_ = nullptr;
   std::unique_ptr<BackendWorld> engine_;
   std::unique_ptr<NearPairs> near_;  // of what the engine has; null without one
