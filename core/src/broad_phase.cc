@@ -84,7 +84,8 @@ void BroadPhase::EndDrift() {
 
 void BroadPhase::Settle() {
   way_.setZero();
-  if (!std::exchange(has_drifted_, false)) return;
+  // Who has not drifted yet has been looked for where it is and where it would have gone.
+  if (!std::exchange(has_drifted_, false) || drift_.isZero(0)) return;
   for (const GeometryRow row : moving_rows_) {
     Proxy& proxy = proxies_[Index(row)];
     moving_.Remove(proxy.leaf);

@@ -72,60 +72,63 @@ Bounds StepRun::RegionOf(EntityRow row, const Vector3& acceleration, const Vecto
   return way.Widened(world_.reaches_[Index(row)]);
 }
 
+// How fast all go together, m/s; zero: they do not.
+Vector3 StepRun::CommonVelocity() const {
+  if (rows_.empty()) return Vector3::Zero();
+  Vector3 sum = Vector3::Zero();
+  double squares = 0;
+  for (const EntityRow row : rows_) {
+    sum += state_.linear_velocities.col(Index(row));
+    squares += state_.linear_velocities.col(Index(row)).squaredNorm();
+  }
+  const auto count = static_cast<double>(rows_.size());
+  const Vector3 mean = sum / count;
+  const double apart = squares / count - mean.squaredNorm();
+  return mean.squaredNorm() > kTogether * kTogether * apart ? mean : Vector3::Zero();
+}
+
 // How far all go together in this step, if all may fly, far from what rests; else zero. Seen from what goes along they
 // hardly move, however fast they fall. It follows from the state alone, as lanes do.
 Vector3 StepRun::CommonWay() const {
-  const Vector3 none = Vector3::Zero();
-  if (flyers_.empty() || flyers_.size() != rows_.size() || !kinematic_rows_.empty()) return none;
-  Vector3 sum = none;
-  double squares = 0;
-  for (const Flyer& flyer : flyers_) {
-    // What is damped falls behind within a step.
-    if (world_.scene_.entities[Index(flyer.row)]->traits.linear_damping != 0) return none;
-    const Vector3 velocity = state_.linear_velocities.col(Index(flyer.row)) + step_size_ / 2 * flyer.acceleration;
-    sum += velocity;
-    squares += velocity.squaredNorm();
-  }
-  const Vector3 mean = sum / static_cast<double>(flyers_.size());
-  const double apart = squares / static_cast<double>(flyers_.size()) - mean.squaredNorm();
-  if (mean.squaredNorm() <= kTogether * kTogether * apart || mean.isZero(0)) return none;
+  const Vector3 none = Vector3::Zero(), velocity = CommonVelocity();
+  if (velocity.isZero(0) || !kinematic_rows_.empty()) return none;
   Bounds all{CenterOf(rows_.front()), CenterOf(rows_.front())};
+  Vector3 gained = none;
   double margin = 0;
-  for (const Flyer& flyer : flyers_) {
-    const Vector3 center = CenterOf(flyer.row);
+  for (const EntityRow row : rows_) {
+    // What is damped falls behind within a step.
+    if (!MayFly(row) || world_.scene_.entities[Index(row)]->traits.linear_damping != 0) return none;
+    const Vector3 center = CenterOf(row), acceleration = SteadyPush(row).acceleration;
     all = all.Union({center, center});
-    const double speed = state_.linear_velocities.col(Index(flyer.row)).norm() + step_size_ * flyer.acceleration.norm();
-    margin = std::max(margin, world_.reaches_[Index(flyer.row)] + kStepsFromRest * step_size_ * speed);
+    gained += step_size_ / static_cast<double>(rows_.size()) * acceleration;
+    const double speed = state_.linear_velocities.col(Index(row)).norm() + step_size_ * acceleration.norm();
+    margin = std::max(margin, world_.reaches_[Index(row)] + kStepsFromRest * step_size_ * speed);
   }
   all = all.Widened(margin);
   const bool fits = all.min.minCoeff() > -Limits::kPositionMax && all.max.maxCoeff() < Limits::kPositionMax;
-  return fits && world_.near_->IsFreeOfResting(all) ? Vector3(step_size_ * mean) : none;
+  return fits && world_.near_->IsFreeOfResting(all) ? Vector3(step_size_ * (velocity + gained / 2)) : none;
 }
 
-void StepRun::GatherFlyers() {
-  flyers_.clear();
-  scratch_.flies.Clear();
-  for (EntityRow row : rows_) {
-    if (MayFly(row)) flyers_.push_back({row, SteadyPush(row).acceleration});
-  }
-}
-
-// Keeps room for the ways of those that fly, as seen from what goes `drift` in this step.
+// Those that may fly, with room for their ways as seen from what goes `drift` in this step.
 void StepRun::ReserveFlyers(const Vector3& drift) {
   const auto within = [](const Vector3& v, double bound) { return (v.array().abs() < bound).all(); };
-  // Who may leave the world's bounds is looked after by the engine's lane.
-  std::erase_if(flyers_, [&](const Flyer& flyer) {
-    const Bounds region = RegionOf(flyer.row, flyer.acceleration, drift);
-    const Vector3 end = state_.linear_velocities.col(Index(flyer.row)) + step_size_ * flyer.acceleration;
+  flyers_.clear();
+  scratch_.flies.Clear();
+  for (const EntityRow row : rows_) {
+    if (!MayFly(row)) continue;
+    const Flyer flyer{row, SteadyPush(row).acceleration};
+    const Bounds region = RegionOf(row, flyer.acceleration, drift);
+    const Vector3 end = state_.linear_velocities.col(Index(row)) + step_size_ * flyer.acceleration;
+    // Who may leave the world's bounds is looked after by the engine's lane.
     if (!within(region.min, Limits::kPositionMax) || !within(region.max, Limits::kPositionMax) ||
         !within(end, Limits::kSpeedMax)) {
-      return true;
+      continue;
     }
-    scratch_.flies.Mark(flyer.row);
-    world_.near_->Reserve(world_.geometry_rows_[Index(flyer.row)], region);
-    world_.flown_[Index(flyer.row)] = true;
-    return false;
-  });
+    flyers_.push_back(flyer);
+    scratch_.flies.Mark(row);
+    world_.near_->Reserve(world_.geometry_rows_[Index(row)], region);
+    world_.flown_[Index(row)] = true;
+  }
 }
 
 // Whether all go on together until the end of the step.
@@ -135,16 +138,13 @@ bool StepRun::Drift() {
   world_.near_->BeginDrift(drift);
   ReserveFlyers(drift);
   GroundThoseThatMeet();
-  if (flyers_.size() == rows_.size()) return true;
-  GatherFlyers();
-  return false;
+  return flyers_.size() == rows_.size();
 }
 
 // Sorts rows_ into those that fly and those that the engine has to move.
 void StepRun::ChooseFlyers() {
   if (fields_.empty() && !world_.scene_.world.stepper.engine_only) {
     MarkSteered();
-    GatherFlyers();
     if (!Drift()) {
       world_.near_->Settle();
       ReserveFlyers(Vector3::Zero());

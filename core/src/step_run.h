@@ -73,8 +73,8 @@ class StepRun {
   bool MayFly(EntityRow row) const;
   void MarkSteered();
   Bounds RegionOf(EntityRow row, const Vector3& acceleration, const Vector3& drift) const;
+  Vector3 CommonVelocity() const;
   Vector3 CommonWay() const;
-  void GatherFlyers();
   void ReserveFlyers(const Vector3& drift);
   bool Drift();
   void ChooseFlyers();
