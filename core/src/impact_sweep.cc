@@ -117,18 +117,22 @@ class Sweeper {
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
+    // Since the target was hit it goes as it does now.
+    const double time = std::min(way.time, std::as_const(world_.free_since)[target]);
+    const Vector3 translation = time / way.time * sweep.translation;
+    const Placement start{sweep.start.position + (sweep.translation - translation), sweep.start.rotation};
     const Pose now = world_.state.pose(target);
-    const Pose before{now.position - way.time * VelocityOf(target), now.orientation};
-    const Vector3 relative = sweep.translation - (now.position - before.position);
+    const Pose before{now.position - time * VelocityOf(target), now.orientation};
+    const Vector3 relative = translation - (now.position - before.position);
     // What goes the same way, like the next links of a chain, is not passed.
     if (IsSeen(sweep.geometry->shape, relative)) return;
     const Placement target_start = PlacedIn(ToPlacement(before), there.pose_in_entity);
-    if (StaysClear(sweep, relative, there.shape, target_start)) return;
-    const std::optional<ShapeHit> hit =
-        SweepShape(sweep.geometry->shape, sweep.start, relative, there.shape, target_start);
+    const Shape& shape = sweep.geometry->shape;
+    if (StaysClear(shape, start, relative, there.shape, target_start)) return;
+    const std::optional<ShapeHit> hit = SweepShape(shape, start, relative, there.shape, target_start);
     if (!hit || !(hit->fraction > 0)) return;
-    SweptPair pair{way.row, target, sweep.own, other, (1 - hit->fraction) * way.time, 0};
-    pair.closing = -relative.dot(hit->normal) / way.time;
+    SweptPair pair{way.row, target, sweep.own, other, (1 - hit->fraction) * time, 0};
+    pair.closing = -relative.dot(hit->normal) / time;
     if (!candidate.is_sensor && !(pair.closing > speed_.Of(way.row, target, hit->normal))) return;
     if (!world_.rule.Before(sweep.own, other)) {
       std::swap(pair.entity_a, pair.entity_b);
@@ -138,10 +142,11 @@ class Sweeper {
   }
 
   // Whether even the spheres around both are apart all the way.
-  static bool StaysClear(const Sweep& sweep, const Vector3& relative, const Shape& other, const Placement& place) {
-    const Vector3 between = place.position - sweep.start.position;
+  static bool StaysClear(const Shape& shape, const Placement& start, const Vector3& relative, const Shape& other,
+                         const Placement& place) {
+    const Vector3 between = place.position - start.position;
     const double nearest = std::clamp(between.dot(relative) / relative.squaredNorm(), 0.0, 1.0);
-    const double reach = BoundingRadius(sweep.geometry->shape) + BoundingRadius(other);
+    const double reach = BoundingRadius(shape) + BoundingRadius(other);
     return (between - nearest * relative).squaredNorm() > reach * reach;
   }
 

@@ -52,10 +52,18 @@ double ImpactSpeed::Of(EntityRow a, EntityRow b, const Vector3& normal) const {
   return kImpactSpeedMin + 2 * std::max(std::abs(pull_a), std::abs(pull_b)) * step_size_;
 }
 
+bool ImpactSpeed::IsMovable(EntityRow row, GeometryRow geometry) const {
+  return world_.active[Index(row)] && world_.rule.info(geometry).is_dynamic;
+}
+
 bool ImpactSpeed::IsFree(const ContactPair& pair) const {
+  const auto flew = [&](EntityRow row, GeometryRow geometry) { return IsMovable(row, geometry) && world_.flew[row]; };
+  return IsStillFree(pair) || flew(pair.entity_a, pair.geometry_a) || flew(pair.entity_b, pair.geometry_b);
+}
+
+bool ImpactSpeed::IsStillFree(const ContactPair& pair) const {
   const auto flies = [&](EntityRow row, GeometryRow geometry) {
-    if (!world_.active[Index(row)] || !world_.rule.info(geometry).is_dynamic) return false;
-    return world_.layer.half_steps[Index(row)].in_flight || world_.flew[row];
+    return IsMovable(row, geometry) && world_.layer.half_steps[Index(row)].in_flight;
   };
   return flies(pair.entity_a, pair.geometry_a) || flies(pair.entity_b, pair.geometry_b);
 }
@@ -88,6 +96,14 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   return has_hit || !waiting_.empty() || ties_.empty();
 }
 
+std::vector<EntityRow> Impacts::WaitingSwept() const {
+  std::vector<EntityRow> rows;
+  for (const Candidate& candidate : waiting_) {
+    if (candidate.is_swept) rows.insert(rows.end(), {candidate.pair.entity_a, candidate.pair.entity_b});
+  }
+  return rows;
+}
+
 void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept) {
   const auto is_changed = [&](const ContactPair& pair) {
     return changed == nullptr || (*changed)[pair.entity_a] || (*changed)[pair.entity_b];
@@ -116,7 +132,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
                               .time = pair.time,
                               .closing = pair.closing,
                               .is_swept = true,
-                              .is_held = !speed_.IsFree(as_contact) && IsNewAmongHeld(as_contact)};
+                              .is_held = !speed_.IsStillFree(as_contact) && IsNewAmongHeld(as_contact)};
     if (known == candidates_.end()) {
       candidates_.push_back(candidate);
     } else if (known->time < pair.time) {

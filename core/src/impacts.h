@@ -53,8 +53,12 @@ class ImpactSpeed {
   /// Whether an impact of this pair is solved apart from the engine even without restitution. Those that are held
   /// already come to rest on each other in the engine, together with all that holds them.
   bool IsFree(const ContactPair& pair) const;
+  /// Whether one of them flies on its own even now, after the solve of this substep.
+  bool IsStillFree(const ContactPair& pair) const;
 
  private:
+  bool IsMovable(EntityRow row, GeometryRow geometry) const;
+
   const ImpactWorld& world_;
   double step_size_;
 };
@@ -99,6 +103,10 @@ class Impacts {
   void MarkStruck(RowMarks& marks) const {
     for (const Struck& struck : struck_) marks.Mark(struck.row);
   }
+
+  /// Who went through another, in pairs of which one was hit by somebody else before: their ways must be looked along
+  /// again.
+  std::vector<EntityRow> WaitingSwept() const;
 
   /// What all impacts so far passed on, in canonical order within each Solve().
   const ContactBuffer& impulses() const { return impulses_; }

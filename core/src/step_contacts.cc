@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "free_rotation.h"
-#include "impact_sweep.h"
 #include "running_surfaces.h"
 #include "step_run.h"
 
@@ -137,15 +136,44 @@ void StepRun::AddVisits() {
   touches_.AddVisits(world_.contacts_, pairs);
 }
 
+// Of all that move, by row, since the substep began.
+std::vector<FlownWay> StepRun::FlownWays(double h) const {
+  std::vector<FlownWay> ways;
+  ways.reserve(movers_.size() + kinematic_rows_.size());
+  for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
+  for (const EntityRow row : kinematic_rows_) ways.push_back({row, LedFrom(row, h), h});
+  std::ranges::sort(ways, {}, &FlownWay::row);
+  return ways;
+}
+
+// The ways that nobody looked along yet, now that the last impacts changed some. `flown` has those since each was hit.
+std::vector<FlownWay> StepRun::NewWays(const Impacts& impacts, std::vector<FlownWay>& flown) {
+  std::vector<EntityRow> rows = impacts.WaitingSwept();
+  for (const Impacts::Moved& moved : impacts.moved()) {
+    rows.push_back(moved.row);
+    const auto place = std::ranges::lower_bound(flown, moved.row, {}, &FlownWay::row);
+    const FlownWay way{moved.row, moved.struck, moved.time};
+    if (place != flown.end() && place->row == moved.row) {
+      *place = way;
+    } else {
+      flown.insert(place, way);
+    }
+  }
+  std::ranges::sort(rows);
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  std::vector<FlownWay> ways;
+  for (const EntityRow row : rows) {
+    const auto place = std::ranges::lower_bound(flown, row, {}, &FlownWay::row);
+    if (place != flown.end() && place->row == row) ways.push_back(*place);
+  }
+  return ways;
+}
+
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
-  std::vector<FlownWay> ways;
-  if (after_move) {
-    ways.reserve(movers_.size() + kinematic_rows_.size());
-    for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
-    for (const EntityRow row : kinematic_rows_) ways.push_back({row, LedFrom(row, h), h});
-  }
+  std::vector<FlownWay> flown = after_move ? FlownWays(h) : std::vector<FlownWay>();
+  std::vector<FlownWay> ways = flown;
   FillRelativeVelocities(nullptr);
   RowMarks& changed = scratch_.changed;
   const RowMarks* looked_at = nullptr;
@@ -157,12 +185,11 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     if (WakeSwept(swept.hits)) FillRelativeVelocities(looked_at = nullptr);
     is_over = !impacts.Solve(world_.contacts_, looked_at, swept.hits);
     if (is_over) break;
-    ways.clear();
     changed.Clear();
     impacts.MarkStruck(changed);
+    ways = NewWays(impacts, flown);
     std::vector<EntityRow> rows;
     for (const Impacts::Moved& moved : impacts.moved()) {
-      ways.push_back({moved.row, moved.struck, moved.time});
       rows.push_back(moved.row);
       std::erase_if(visits_, [&](const SweptPair& visit) {
         return (visit.entity_a == moved.row || visit.entity_b == moved.row) && visit.time < moved.time;

@@ -5,6 +5,7 @@
 
 #include "field_forces.h"
 #include "genphys/world.h"
+#include "impact_sweep.h"
 #include "impacts.h"
 #include "joint_step.h"
 #include "locked_axes.h"
@@ -124,6 +125,8 @@ class StepRun {
   // Energy of joints (step_energy.cc).
   bool IsMovedByOthers(EntityRow row) const;
   void FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
+  std::vector<FlownWay> FlownWays(double h) const;
+  static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
   void RestrainJointed(double h, std::vector<JointRow>& rows);
   static double WorkOwed(const Mover& mover, const Vector3& turned);
   std::vector<Restrained> RestrainedBodies(std::span<const SolveEnergy> energies) const;

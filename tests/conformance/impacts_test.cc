@@ -208,6 +208,77 @@ TEST_P(Impacts, StopEveryBulletOfAHail) {
   }
 }
 
+// A wall that moves is hit by one after the other, so that the later ones wait for what the first does to it.
+TEST_P(Impacts, StopAllThatMeetAWallThatMovesInOneStep) {
+  for (const double wall_speed : {-10.0, -1.0, 0.0}) {
+    for (int phase = 0; phase < 12; ++phase) {
+      SCOPED_TRACE(phase);
+      const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+      EntityDesc slab = Body(Box{{0.01, 5, 5}}, {3, 0, 5}, 1e7);
+      // At rest it is one that can be pushed, but hardly.
+      if (wall_speed != 0) slab.rigid_body->motion_type = MotionType::kKinematic;
+      slab.rigid_body->linear_velocity = {wall_speed, 0, 0};
+      const EntityId wall = Add(*world, Bouncing(slab, 0.5));
+      std::vector<EntityId> balls;
+      for (int i = 0; i < 3; ++i) {
+        EntityDesc ball = Bouncing(Ball({0.03 * phase - 0.013 * i, 2.0 * i - 2, 5.3}, 0.05), 0.5);
+        ball.rigid_body->linear_velocity = {20, 0, 0};
+        balls.push_back(Add(*world, ball));
+      }
+      Steps(*world, 14);
+      for (const EntityId ball : balls) {
+        EXPECT_LT(PositionOf(*world, ball).x(), PositionOf(*world, wall).x() - 0.06 + ImpactDepth(30, 1.0 / 60))
+            << "wall at " << wall_speed << " m/s";
+        EXPECT_NEAR(VelocityOf(*world, ball).x(), wall_speed - 0.5 * (20 - wall_speed), 1e-4)
+            << "wall at " << wall_speed << " m/s";
+      }
+    }
+  }
+}
+
+// A paddle that is faster than they are finds them, and not they the paddle.
+TEST_P(Impacts, OfAPaddleTakeAllThatLieInItsWayAlong) {
+  for (int phase = 0; phase < 12; ++phase) {
+    SCOPED_TRACE(phase);
+    const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+    EntityDesc slab = Body(Box{{0.01, 5, 5}}, {0.03 * phase, 0, 5});
+    slab.rigid_body->motion_type = MotionType::kKinematic;
+    slab.rigid_body->linear_velocity = {40, 0, 0};
+    const EntityId paddle = Add(*world, Bouncing(slab, 0.5));
+    std::vector<EntityId> balls;
+    for (int i = 0; i < 4; ++i)
+      balls.push_back(Add(*world, Bouncing(Ball({1.5 + 0.1 * i, 2.0 * i - 3, 5}, 0.05), 0.5)));
+    Steps(*world, 6);
+    for (const EntityId ball : balls) {
+      EXPECT_GT(PositionOf(*world, ball).x(), PositionOf(*world, paddle).x());
+      EXPECT_NEAR(VelocityOf(*world, ball).x(), 60, 1e-4);
+    }
+  }
+}
+
+TEST_P(Impacts, StopThoseThatOverlapAtAThinWall) {
+  for (const double apart : {0.0999, 0.09, 0.06}) {
+    for (const double speed : {7.5, 20.0, 200.0}) {
+      for (const double behind : {0.0, 0.003, 0.02}) {
+        const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+        Add(*world, Block({1, 0, 5}, {0.01, 5, 5}));
+        std::vector<EntityId> balls;
+        for (int i = 0; i < 2; ++i) {
+          EntityDesc ball = Bouncing(Ball({-behind * i, apart * i, 5}, 0.05), 0);
+          ball.rigid_body->linear_velocity = {speed, 0, 0};
+          balls.push_back(Add(*world, ball));
+        }
+        for (int i = 0; i < 12 + 72 / speed; ++i) {
+          Steps(*world, 1);
+          for (const EntityId ball : balls) {
+            ASSERT_LT(PositionOf(*world, ball).x(), 1) << speed << " m/s, " << apart << " m apart, step " << i;
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST_P(Impacts, GiveABulletsMomentumToAFreePlate) {
   const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
   const EntityId plate = Add(*world, Body(Box{{0.01, 0.5, 0.5}}, {1, 0, 5}, 2));
