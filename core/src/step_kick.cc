@@ -138,10 +138,12 @@ void StepRun::BeginMover(Mover& mover) {
   mover.start = state_.pose(mover.row);
   mover.steady = SteadyPush(mover.row);
   const double last = world_.layer_.last_substep;
-  const bool may_restart = !half.restarts && !half.in_flight && half.since_restart >= kRestartPause && last > 0;
+  const bool may_restart = !half.restarts && !half.in_flight && last > 0;
   if (may_restart && (!IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) ||
                       !IsSame(mover.steady.torque, half.steady_twist * (2 / last)))) {
-    half.Restart();
+    // Who is pulled off what held it lets go of it for good.
+    const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
+    if (half.since_restart >= kRestartPause || lets_go) half.Restart();
   }
   if (half.restarts) {
     half.since_restart = 0;
@@ -319,29 +321,6 @@ void StepRun::KeepEarned(Mover& mover, double h, const Vector3& turned) {
   if (excess > 0) half.momentum *= std::sqrt(std::max(1 - excess / after, 0.0));
   // Steps cannot follow how that goes on.
   if (excess > 0 || spun.norm() * h > kResolvedTurn) {
-    half.held_velocity.setZero();
-    half.held_momentum.setZero();
-  }
-}
-
-// Whoever nothing touches or holds any more is paid what contacts and joints owed; it is shown already.
-void StepRun::PayReleased() {
-  RowMarks& held = scratch_.held;
-  held.Clear();
-  for (const ContactPair& pair : world_.contacts_.pairs) {
-    if (pair.is_sensor) continue;
-    const auto first = world_.contacts_.points.begin() + pair.first_point;
-    const bool holds = std::any_of(first, first + pair.point_count,
-                                   [](const ContactPoint& point) { return point.depth > -kReleaseGap; });
-    if (!holds) continue;
-    held.Mark(pair.entity_a);
-    held.Mark(pair.entity_b);
-  }
-  for (const Mover& mover : movers_) {
-    HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
-    if (held[mover.row] || scratch_.jointed[mover.row] || half.restarts) continue;
-    half.velocity += half.held_velocity;
-    half.momentum += half.held_momentum;
     half.held_velocity.setZero();
     half.held_momentum.setZero();
   }

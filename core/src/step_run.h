@@ -112,6 +112,7 @@ class StepRun {
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;
   Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
+  void RestartFallen();
   // At the points of the pairs of `changed` alone unless it is null.
   void FillRelativeVelocities(const RowMarks* changed);
   void PrepareContacts(double h);

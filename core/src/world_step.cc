@@ -165,6 +165,7 @@ void StepRun::Advance() {
 void StepRun::RunEngine(uint32_t substeps) {
   if (!settled_) {
     PayReleased();
+    RestartFallen();
     ResolveImpacts(substep_, 0, false);
   }
   for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);

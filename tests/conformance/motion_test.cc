@@ -106,6 +106,65 @@ TEST_P(Motion, FallsAsFromRestWhenTheSupportIsTaken) {
       << "after half a second";
 }
 
+// They still touch each other, but nothing holds them any more.
+TEST_P(Motion, OfAPileFallsAsFromRestWhenItsSupportIsTaken) {
+  for (const double h : {1.0 / 60, 1.0 / 240}) {
+    const auto world = WorldOf(GetParam(), h);
+    const EntityId table = Add(*world, Block({0, 0, 4.5}, {3, 3, 0.5}));
+    std::vector<EntityId> pile;
+    for (const double x : {-1.5, 1.5}) pile.push_back(Add(*world, Crate({x, 0, 5.5}, 0.5)));
+    pile.push_back(Add(*world, Body(Box{{2.5, 0.5, 0.25}}, {0, 0, 6.25})));
+    pile.push_back(Add(*world, Ball({0, 0, 7}, 0.5)));
+    Steps(*world, 60);
+    std::vector<Vector3> rest;
+    for (const EntityId id : pile) rest.push_back(PositionOf(*world, id));
+    Do(*world, DeleteEntity{table});
+    Steps(*world, static_cast<int>(std::lround(0.5 / h)));
+    for (size_t i = 0; i < pile.size(); ++i) {
+      const Vector3 fallen = rest[i] - Vector3(0, 0, kGravity / 8);
+      EXPECT_LT((PositionOf(*world, pile[i]) - fallen).norm(), 1e-5) << "body " << i << ", which is promised";
+    }
+  }
+}
+
+TEST_P(Motion, OfThoseWhomAJointHoldsTogetherFallsAsFromRestWhenTheirSupportIsTaken) {
+  const auto world = WorldOf(GetParam(), 1.0 / 60);
+  const EntityId table = Add(*world, Block({0, 0, 4.5}, {3, 3, 0.5}));
+  const EntityId left = Add(*world, Crate({-0.6, 0, 5.5}, 0.5)), right = Add(*world, Crate({0.6, 0, 5.5}, 0.5));
+  JointDesc hinge{.kind = HingeJoint{}};
+  hinge.entity_a = {left, {}};
+  hinge.entity_b = {right, {}};
+  hinge.frame_in_a = Pose{{0.6, 0, 0}, Quaternion::Identity()};
+  Do(*world, CreateJoint{hinge});
+  Steps(*world, 60);
+  const double rest = PositionOf(*world, left).z();
+  Do(*world, DeleteEntity{table});
+  Steps(*world, 30);
+  EXPECT_NEAR(PositionOf(*world, left).z(), rest - kGravity / 8, 1e-5);
+}
+
+// Soon after a contact began or was disturbed, too.
+TEST_P(Motion, IsThatOfAFreeBodyWhenItIsPulledOffWhatItTouches) {
+  for (const double h : {1.0 / 60, 1.0 / 240}) {
+    for (int steps = 1; steps <= 10; ++steps) {
+      for (const bool turns : {false, true}) {
+        const auto world = WorldOf(GetParam(), h);
+        const EntityId crate = Add(*world, Crate({0, 0, 0.5}, 0.5));
+        Steps(*world, steps);
+        const Vector3 rest = PositionOf(*world, crate);
+        if (turns) {
+          Do(*world, SetGravity{{0, 0, 7}});
+        } else {
+          const double mass = world->scene().entities[crate.index()]->mass.mass;
+          Do(*world, ApplyForce{.id = crate, .force = {0, 0, mass * (kGravity + 7)}, .steps = 1'000});
+        }
+        Steps(*world, static_cast<int>(std::lround(0.5 / h)));
+        EXPECT_NEAR(PositionOf(*world, crate).z(), rest.z() + 7.0 / 8, 1e-5) << steps << " steps, turned: " << turns;
+      }
+    }
+  }
+}
+
 TEST_P(Motion, RisesAsFromRestWhenGravityTurns) {
   const auto world = WorldOf(GetParam(), 1.0 / 60);
   const EntityId crate = Add(*world, Crate({0, 0, 0.5}, 0.5));
