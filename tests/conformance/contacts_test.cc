@@ -143,6 +143,30 @@ TEST_P(Contacts, ABlockOnASlopeThatIsAHundredthLessSteepThanFrictionDoesNotCreep
   }
 }
 
+// However little it weighs and however smooth it is, whatever way the slope goes.
+TEST_P(Contacts, ABlockOnASlopeThatIsAHundredthSteeperThanFrictionSlips) {
+  Proves({Claim::kStaticFriction, Claim::kBox});
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double gravity = random.LogUniform(0.1, 30), friction = random.LogUniform(0.01, 1);
+    const double angle = std::atan(1.01 * friction), heading = random.Uniform(0, 2 * std::numbers::pi);
+    const Vector3 down(std::cos(heading), std::sin(heading), 0);
+    WorldDesc desc{.engine = GetParam(),
+                   .gravity = gravity * (std::sin(angle) * down - std::cos(angle) * Vector3::UnitZ())};
+    desc.default_material.friction = friction;
+    desc.default_auto_disable.enabled = false;
+    const auto world = testing::MakeWorld(desc);
+    const EntityId block = Add(*world, Body(Box{{0.3, 0.3, 0.1}}, {0, 0, 0.1}));
+
+    Steps(*world, 60);
+
+    // From the speed at which it counts as sliding nothing changes, for both coefficients are the same.
+    const double wanted = gravity * (std::sin(angle) - friction * std::cos(angle));
+    EXPECT_NEAR(VelocityOf(*world, block).dot(down), wanted, 1e-3 * wanted) << gravity << " m/s^2, " << friction;
+  }
+}
+
 // Sides that are parallel but for rounding, and not along the axes of the world.
 TEST_P(Contacts, ABoxLiesOnATiltedBoxWhateverSidesAreParallel) {
   Proves({Claim::kStaticFriction, Claim::kBox});

@@ -101,7 +101,10 @@ double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trac
 void SetFriction(const ContactConstraint& contact, const Vector3& slip, double soon, double step_size, dContact& to) {
   to.surface.mu = contact.friction;
   const double speed = slip.norm();
-  if (speed > kSlipGate * step_size) {
+  // However little pulls at a smooth or light body, that is no noise where it is about what friction bears there.
+  const double pressed = std::abs(contact.relative_velocity.dot(contact.normal));
+  const bool slips = pressed > 0 && speed > kHeldPart * contact.friction * pressed;
+  if (speed > kSlipGate * step_size || slips) {
     to.surface.mode |= dContactFDir1;
     ToOde(slip / speed, to.fdir1);
   }
