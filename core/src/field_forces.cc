@@ -29,6 +29,23 @@ double Slowed(double speed, double mass, double linear, double quadratic, double
 
 }  // namespace
 
+FieldForces::Reach FieldForces::reach() const {
+  Reach reach;
+  for (const auto& [id, field] : scene_.force_fields) {
+    if (const auto* spring = std::get_if<SpringField>(&field.kind)) {
+      reach.named.insert(reach.named.end(), {spring->a, spring->b});
+    } else if (!field.entities.empty()) {
+      reach.named.insert(reach.named.end(), field.entities.begin(), field.entities.end());
+    } else if (field.region) {
+      const Vector3 &corner = field.region->corner, &opposite = field.region->opposite_corner;
+      reach.regions.push_back(Bounds{corner, corner}.Union({opposite, opposite}));
+    } else {
+      reach.is_everywhere = true;
+    }
+  }
+  return reach;
+}
+
 Vector3 FieldForces::CenterOf(EntityRow row) const {
   return state_.pose(row).Transform(entity(row).mass.center_of_mass);
 }

@@ -2,6 +2,7 @@
 #include <optional>
 #include <vector>
 
+#include "genphys/bounds.h"
 #include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
@@ -15,6 +16,14 @@ class FieldForces {
   FieldForces(const Scene& scene, const StateArrays& state) : scene_(scene), state_(state) {}
 
   bool empty() const { return scene_.force_fields.empty(); }
+
+  /// On whom fields may act. Whoever is neither named nor comes into a region is left alone.
+  struct Reach {
+    bool is_everywhere = false;   // on all
+    std::vector<EntityId> named;  // on these
+    std::vector<Bounds> regions;  // on whose centre of mass is in one of them
+  };
+  Reach reach() const;
 
   /// Adds what acts on `rows` (dynamic) over a substep of `h` seconds to `wrenches`, but for drag.
   void Add(const std::vector<EntityRow>& rows, double h, RowValues<Wrench>& wrenches) const;

@@ -52,14 +52,25 @@ bool StepRun::MayFly(EntityRow row) const {
   return !scratch_.steered[row] && world_.scene_.entities[Index(row)]->traits.is_free;
 }
 
-// Forces that turn a body, or turn with it, or change in the step, leave its flight without a closed form.
+// Forces that turn a body, or turn with it, or change in the step, leave its flight without a closed form, and so do
+// force fields.
 void StepRun::MarkSteered() {
+  for (const EntityId id : field_reach_.named) {
+    if (!id.is_null()) scratch_.steered.Mark(EntityRow{id.index()});
+  }
   for (const PendingForce& force : world_.layer_.forces) {
     if (!force.is_sampled && force.at_center_of_mass && force.coordinates == Coordinates::kWorld &&
         force.torque.isZero(0))
       continue;
     scratch_.steered.Mark(EntityRow{force.id.index()});
   }
+}
+
+// Whether it may come into a force field in this step.
+bool StepRun::MayMeetField(EntityRow row, const Vector3& acceleration) const {
+  if (field_reach_.regions.empty()) return false;
+  const Bounds way = RegionOf(row, acceleration, Vector3::Zero());
+  return std::ranges::any_of(field_reach_.regions, [&](const Bounds& region) { return region.Overlaps(way); });
 }
 
 // Where the body may be in this step, however it turns, as seen from what goes `drift` meanwhile; damping only leaves
@@ -117,6 +128,7 @@ void StepRun::ReserveFlyers(const Vector3& drift) {
   for (const EntityRow row : rows_) {
     if (!MayFly(row)) continue;
     const Flyer flyer{row, SteadyPush(row).acceleration};
+    if (MayMeetField(row, flyer.acceleration)) continue;
     const Bounds region = RegionOf(row, flyer.acceleration, drift);
     const Vector3 end = state_.linear_velocities.col(Index(row)) + step_size_ * flyer.acceleration;
     // Who may leave the world's bounds is looked after by the engine's lane.
@@ -143,7 +155,8 @@ bool StepRun::Drift() {
 
 // Sorts rows_ into those that fly and those that the engine has to move.
 void StepRun::ChooseFlyers() {
-  if (fields_.empty() && !world_.scene_.world.stepper.engine_only) {
+  field_reach_ = fields_.reach();
+  if (!field_reach_.is_everywhere && !world_.scene_.world.stepper.engine_only) {
     MarkSteered();
     if (!Drift()) {
       world_.near_->Settle();

@@ -73,6 +73,7 @@ class StepRun {
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;
   void MarkSteered();
+  bool MayMeetField(EntityRow row, const Vector3& acceleration) const;
   Bounds RegionOf(EntityRow row, const Vector3& acceleration, const Vector3& drift) const;
   Vector3 CommonVelocity() const;
   Vector3 CommonWay() const;
@@ -167,6 +168,7 @@ class StepRun {
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
   StepTouches touches_;
   JointStep& joints_;
+  FieldForces::Reach field_reach_;
   LockedBodies locked_;
   std::vector<SweptPair> visits_;  // of sensors in this substep, by who was not stopped before
   std::vector<JointBroke> broken_;

@@ -48,6 +48,35 @@ TEST_P(Lanes, AreLeftForTheEngineWhereThatIsAskedFor) {
   }
 }
 
+TEST_P(Lanes, OfFlightAreLeftByThoseAloneWhomFieldsMayActOn) {
+  const auto world = MakeSpace(GetParam(), false);
+  std::vector<EntityId> ids;
+  for (int i = 0; i < 4; ++i) {
+    EntityDesc ball = Ball({10.0 * i, 0, 50}, 0.5);
+    ball.rigid_body->linear_velocity = {0, 3, 0};
+    ids.push_back(Add(*world, ball));
+  }
+  const auto flying = [&] {
+    Steps(*world, 1);
+    return world->stats().entities_in_flight;
+  };
+  EXPECT_EQ(flying(), 4u);
+  Do(*world, CreateForceField{{.kind = UniformField{.force = {0, 0, 1}}, .entities = {ids[0]}}});
+  EXPECT_EQ(flying(), 3u) << "one is named";
+  Do(*world, CreateForceField{{.kind = SpringField{.a = ids[1], .rest_length = 1, .stiffness = 1}}});
+  EXPECT_EQ(flying(), 2u) << "one hangs on a spring";
+  const Region ahead{{15, 2, 0}, {25, 4, 100}};
+  Do(*world, CreateForceField{{.kind = UniformField{.acceleration = {0, 0, 5}}, .region = ahead}});
+  EXPECT_EQ(flying(), 2u) << "nobody is in the region";
+  Steps(*world, 50);
+  EXPECT_EQ(world->stats().entities_in_flight, 1u) << "one came into it";
+  EXPECT_GT(VelocityOf(*world, ids[2]).z(), VelocityOf(*world, ids[3]).z() + 0.5);
+  Steps(*world, 60);
+  EXPECT_EQ(world->stats().entities_in_flight, 2u) << "and left it";
+  Do(*world, CreateForceField{{UniformField{.acceleration = {0, 0, 1}}}});
+  EXPECT_EQ(flying(), 0u) << "this one acts on all";
+}
+
 TEST_P(Lanes, TellHowManyIslandsTheEngineWasGiven) {
   const auto world = MakeSpace(GetParam(), false, true);
   const auto lie = [&](const Vector3& position) {
