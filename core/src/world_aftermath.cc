@@ -2,8 +2,12 @@
 // all that the world has of something: what touches, what is asleep, forces and fields. A step leaves some too.
 #include <algorithm>
 #include <utility>
+#include <variant>
 
+#include "genphys/backend.h"
+#include "genphys/bounds.h"
 #include "genphys/world.h"
+#include "near_pairs.h"
 #include "sleeping.h"
 #include "step_undo.h"
 
@@ -36,6 +40,20 @@ void World::WakeNeighboursOf(EntityRow row) {
     const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
     const EntityRow other = a == row ? b : a;
     if (other != kWorldRow) WakeIslandOf(other);
+  }
+}
+
+// Who sleeps in its bounds; a plane has none.
+void World::WakeWhereItIs(EntityRow row) {
+  if (near_ == nullptr) return WakeAll();
+  for (const GeometryRow own : geometry_rows_[Index(row)]) {
+    const auto [geometry, placement] = Placed(own);
+    if (std::holds_alternative<Plane>(geometry->shape)) return WakeAll();
+    const Bounds bounds = BoundsOf(geometry->shape, placement).Widened(kContactGapMax);
+    near_->VisitOthers(rule_, own, bounds, [&](GeometryRow other) {
+      const EntityRow entity = rule_.info(other).entity;
+      if (state_.asleep[Index(entity)] && rule_.Decide(own, other) != PairRule::Verdict::kIgnore) WakeIslandOf(entity);
+    });
   }
 }
 

@@ -203,7 +203,7 @@ void World::AttachBody(EntityRow entity) {
     SetActive(entity, ShouldBeActive(entity));
   }
   // What does not move by itself is tested against nothing that sleeps, so whatever it was put into must be awake.
-  if (body->motion_type != MotionType::kDynamic) WakeAll();
+  if (body->motion_type != MotionType::kDynamic) WakeWhereItIs(entity);
 }
 
 void World::DetachBody(EntityRow entity) {
@@ -384,7 +384,7 @@ void World::SetPoseNow(const SetPose& command) {
   WakeNeighboursOf(row);
   WakeIslandOf(row);
   if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
-  if (!IsDynamic(desc)) WakeAll();
+  if (!IsDynamic(desc)) WakeWhereItIs(row);
 }
 
 // Where a kinematic entity goes in the steps to come. It stands until the first of them, but is on its way.

@@ -39,9 +39,11 @@ struct Twins {
         case MotionType::kStatic:
           break;
         case MotionType::kKinematic:
-          // Some of them are too far away to be led there.
+          // Some of them are too far away to be led there, others go to where somebody sleeps.
           commands.push_back(SetPose{.id = entity->id,
-                                     .position = random.Chance(0.2) ? Vector3(near + Vector3(0, 1e5, 0)) : near,
+                                     .position = random.Chance(0.2)   ? Vector3(near + Vector3(0, 1e5, 0))
+                                                 : random.Chance(0.5) ? PositionOf(*free.world, SleeperOf(random))
+                                                                      : near,
                                      .over_steps = static_cast<uint32_t>(random.Below(4))});
           break;
         case MotionType::kDynamic:
@@ -51,6 +53,8 @@ struct Twins {
     }
     for (RandomScene* scene : {&free, &bound}) ASSERT_TRUE(scene->world->Apply(commands).ok());
   }
+
+  EntityId SleeperOf(Random& random) const { return free.sleepers[random.Below(free.sleepers.size())]; }
 
   RandomScene free, bound;
 };

@@ -237,6 +237,23 @@ TEST_P(Sleeping, WhateverIsPutIntoASleeperWakesIt) {
   }
 }
 
+TEST_P(Sleeping, NobodyWakesForWhatIsPutElsewhere) {
+  for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
+    const auto world = MakeWorld();
+    const EntityId ball = Add(*world, Ball({0, 0, 0.5}));
+    Steps(*world, 120);
+    ASSERT_TRUE(Asleep(*world, ball));
+    EntityDesc wedge = Ball({1.2, 0, 0.5}, 0.5);
+    wedge.rigid_body->motion_type = motion;
+    const EntityId put = Add(*world, wedge);
+    EXPECT_TRUE(Asleep(*world, ball));
+    Do(*world, SetPose{.id = put, .position = Vector3(-1.2, 0, 0.5)});
+    EXPECT_TRUE(Asleep(*world, ball));
+    Do(*world, SetPose{.id = put, .position = Vector3(-0.6, 0, 0.5)});
+    EXPECT_FALSE(Asleep(*world, ball));
+  }
+}
+
 TEST_P(Sleeping, AForceOrALostSupportWakes) {
   const auto world = MakeWorld();
   const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));

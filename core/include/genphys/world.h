@@ -213,6 +213,7 @@ class World {
   void Wake(EntityRow row);
   void WakeIslandOf(EntityRow row);
   void WakeNeighboursOf(EntityRow row);
+  void WakeWhereItIs(EntityRow row);
   void WakeAll();
   void StirLying();
   void LayLying();
