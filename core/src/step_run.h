@@ -108,12 +108,15 @@ class StepRun {
   void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
   void EndMover(Mover& mover, double h);
   void KeepEarned(Mover& mover, double h, const Vector3& turned);
+
+  // Who is let go of (step_release.cc).
+  bool Holds(const ContactPair& pair) const;
   void PayReleased();
+  void RestartFallen();
 
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;
   Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
-  void RestartFallen();
   // At the points of the pairs of `changed` alone unless it is null.
   void FillRelativeVelocities(const RowMarks* changed);
   void PrepareContacts(double h);
@@ -122,13 +125,13 @@ class StepRun {
   // False: there were too many for one substep.
   bool ResolveImpacts(double h, double elapsed, bool after_move);
   ImpactWorld Surroundings();
+  std::vector<FlownWay> FlownWays(double h) const;
+  static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
   void AddVisits();
 
   // Energy of joints (step_energy.cc).
   bool IsMovedByOthers(EntityRow row) const;
   void FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
-  std::vector<FlownWay> FlownWays(double h) const;
-  static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
   void RestrainJointed(double h, std::vector<JointRow>& rows);
   static double WorkOwed(const Mover& mover, const Vector3& turned);
   std::vector<Restrained> RestrainedBodies(std::span<const SolveEnergy> energies) const;
@@ -165,10 +168,10 @@ class StepRun {
   std::vector<Mover>& movers_;
   std::vector<EntityRow> rows_;  // of movers_, ascending; at the start of a step with those of flyers_
   std::vector<Flyer> flyers_;
+  FieldForces::Reach field_reach_;
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
   StepTouches touches_;
   JointStep& joints_;
-  FieldForces::Reach field_reach_;
   LockedBodies locked_;
   std::vector<SweptPair> visits_;  // of sensors in this substep, by who was not stopped before
   std::vector<JointBroke> broken_;
