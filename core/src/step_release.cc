@@ -43,6 +43,8 @@ void StepRun::PayReleased() {
 // Bodies that hang together and lost what held them all, as a pile does whose floor is gone, still touch each other,
 // but what the floor owed them is not given by any solve to come.
 void StepRun::RestartFallen() {
+  // Joints that are undone begin anew by themselves.
+  if (!is_rearranged_ && world_.contacts_.pairs.empty() && world_.layer_.touching.empty()) return;
   RowValues<int>& numbers = scratch_.struck_index;
   for (size_t i = 0; i < movers_.size(); ++i) numbers[movers_[i].row] = static_cast<int>(i + 1);
   const auto number = [&](EntityRow row) {

@@ -158,9 +158,10 @@ class StepRun {
   double step_size_;
   double substep_ = 0;  // s
   Solver solver_ = Solver::kAutomatic;
-  bool ran_ = false;      // something was moved
-  bool is_first_ = true;  // substep
-  bool settled_ = false;  // no impacts are left
+  bool ran_ = false;            // something was moved
+  bool is_first_ = true;        // substep
+  bool settled_ = false;        // no impacts are left
+  bool is_rearranged_ = false;  // bodies came, went or were put elsewhere between two steps
   StateArrays& state_;
   StepScratch& scratch_;
   FieldForces fields_;

@@ -149,7 +149,8 @@ void StepRun::Advance() {
   solver_ = settings.solver;
   settled_ =
       std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == world_.layer_.last_substep;
-  if (world_.contacts_stale_) CollideAndWake(nullptr);
+  is_rearranged_ = world_.contacts_stale_;
+  if (is_rearranged_) CollideAndWake(nullptr);
   world_.near_->Check(world_.budget_, world_.contacts_);
   if (rows_.empty() && kinematic_rows_.empty()) {
     world_.solved_.Clear();
