@@ -37,7 +37,7 @@ void BroadPhase::Remove(GeometryRow row) {
   proxies_[Index(row)].kind = Kind::kAbsent;
 }
 
-void BroadPhase::Move(GeometryRow row, const Bounds& given) {
+void BroadPhase::Move(GeometryRow row, const Bounds& given, bool was_put) {
   Proxy& proxy = proxies_[Index(row)];
   const Bounds box = proxy.kind == Kind::kMoving ? given.Shifted(-drift_) : given;
   const Bounds before = std::exchange(proxy.box, box);
@@ -45,8 +45,8 @@ void BroadPhase::Move(GeometryRow row, const Bounds& given) {
   if (proxy.neighbourhood.Contains(box)) return;
   BoundsTree& tree = proxy.kind == Kind::kMoving ? moving_ : resting_;
   tree.Remove(proxy.leaf);
-  // What jumps further than its own size was put there, and says nothing of where it goes next.
-  const bool jumped = displacement.squaredNorm() > (box.max - box.min).squaredNorm();
+  // So was what jumps further than its own size.
+  const bool jumped = was_put || displacement.squaredNorm() > (box.max - box.min).squaredNorm();
   if (proxy.kind != Kind::kMoving) {
     Enter(tree, box, row, proxy);
   } else if (jumped) {

@@ -23,8 +23,8 @@ class BroadPhase {
   void AddHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void Remove(GeometryRow row);
 
-  /// Tells where the geometry is now.
-  void Move(GeometryRow row, const Bounds& box);
+  /// Tells where the geometry is now. Where it was says nothing of where it goes next if it was put there.
+  void Move(GeometryRow row, const Bounds& box, bool was_put = false);
   void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void SetMoving(GeometryRow row, bool moving);
 

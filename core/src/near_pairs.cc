@@ -77,8 +77,8 @@ void NearPairs::Place(const Member& member, const Pose& pose) {
   });
 }
 
-void NearPairs::Reserve(std::span<const GeometryRow> geometries, const Bounds& region) {
-  for (const GeometryRow row : geometries) broad_phase_.Move(row, region.Widened(kContactGapMax / 2));
+void NearPairs::Reserve(std::span<const GeometryRow> geometries, const Bounds& region, bool is_first) {
+  for (const GeometryRow row : geometries) broad_phase_.Move(row, region.Widened(kContactGapMax / 2), is_first);
 }
 
 void NearPairs::Renew(std::span<const GeometryRow> geometries) {

@@ -42,8 +42,8 @@ class NearPairs {
   void Place(const Member& member, const Pose& pose);
 
   /// Says that the geometries of one entity stay within `region` until they are placed again: until then they are taken
-  /// to be all over it.
-  void Reserve(std::span<const GeometryRow> geometries, const Bounds& region);
+  /// to be all over it. The first region after they were placed is another kind of place, and no way that they went.
+  void Reserve(std::span<const GeometryRow> geometries, const Bounds& region, bool is_first);
 
   /// Says that all that moves goes `way` (m, world) in the time to come, and what Reserve() is told until EndDrift() is
   /// where that may be as seen from what goes this way. Nothing that moves may come near what rests, until Settle().

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "free_rotation.h"
 #include "genphys/limits.h"
@@ -138,8 +139,8 @@ void StepRun::ReserveFlyers(const Vector3& drift) {
     }
     flyers_.push_back(flyer);
     scratch_.flies.Mark(row);
-    world_.near_->Reserve(world_.geometry_rows_[Index(row)], region);
-    world_.flown_[Index(row)] = true;
+    const bool is_first = !std::exchange(world_.flown_[Index(row)], true);
+    world_.near_->Reserve(world_.geometry_rows_[Index(row)], region, is_first);
   }
 }
 
@@ -184,7 +185,7 @@ std::vector<EntityRow> StepRun::ReserveSwift() {
     const double speed = (state_.linear_velocities.col(Index(row)) + step_size_ * acceleration).norm();
     const double turned = state_.angular_velocities.col(Index(row)).norm() * world_.reaches_[Index(row)];
     if (step_size_ * (speed + turned) <= ThicknessOf(*world_.scene_.entities[Index(row)])) return;
-    world_.near_->Reserve(world_.geometry_rows_[Index(row)], RegionOf(row, acceleration, Vector3::Zero()));
+    world_.near_->Reserve(world_.geometry_rows_[Index(row)], RegionOf(row, acceleration, Vector3::Zero()), true);
     swift.push_back(row);
   };
   for (const EntityRow row : rows_) {

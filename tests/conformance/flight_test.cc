@@ -1,5 +1,6 @@
 // Bodies that nothing can meet in a step are moved without the engine, and are met all the same when something comes.
 #include <cmath>
+#include <numbers>
 
 #include "conformance/engine_test.h"
 
@@ -38,6 +39,31 @@ TEST_P(Flight, WithDampingIsExactAtAnyStepSize) {
     const Vector3 place = limit * t + (start - limit) * decayed / kDamping;
     EXPECT_LT((PositionOf(*world, id) - place).norm(), kRounding) << step;
     EXPECT_LT((VelocityOf(*world, id) - (limit + (start - limit) * (1 - decayed))).norm(), kRounding) << step;
+  }
+}
+
+// Each part of a body is taken to be anywhere in its region, so that two bodies whose regions meet make pairs of all of
+// their parts.
+TEST_P(Flight, OfManyBodiesOfManyPartsIsNotTakenForACrowd) {
+  const auto world = MakeSpace(GetParam(), {0, 0, -9.81});
+  constexpr int kParts = 16, kRow = 22;
+  std::vector<Command> commands;
+  for (int i = 0; i < kRow * kRow * kRow; ++i) {
+    EntityDesc ring = Ball({3.0 * (i % kRow), 3.0 * (i / kRow % kRow), 3.0 * (i / kRow / kRow)}, 0.05);
+    const Geometry part = ring.rigid_body->geometries.front();
+    ring.rigid_body->geometries.clear();
+    for (int k = 0; k < kParts; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kParts;
+      Geometry placed = part;
+      placed.pose_in_entity.position = {0.3 * std::cos(angle), 0.3 * std::sin(angle), 0};
+      ring.rigid_body->geometries.push_back(placed);
+    }
+    commands.push_back(CreateEntity{ring});
+  }
+  ASSERT_TRUE(world->Apply(commands).ok());
+  for (int i = 0; i < 3; ++i) {
+    Steps(*world, 1);
+    EXPECT_EQ(world->stats().entities_in_flight, commands.size());
   }
 }
 
