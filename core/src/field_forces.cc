@@ -87,7 +87,7 @@ void FieldForces::AddSprings(double h, RowValues<Wrench>& wrenches) const {
   std::vector<TiedPair> pairs;
   for (const auto& [id, field] : scene_.force_fields) {
     const auto* spring = std::get_if<SpringField>(&field.kind);
-    if (spring == nullptr) continue;
+    if (spring == nullptr || !(Moves(spring->a) || Moves(spring->b))) continue;
     TiedPair pair{
         .spring = spring, .a = EndOf(spring->a, spring->point_in_a), .b = EndOf(spring->b, spring->point_in_b)};
     if (pair.Prepare()) pairs.push_back(pair);
@@ -110,6 +110,13 @@ void FieldForces::AddSprings(double h, RowValues<Wrench>& wrenches) const {
   }
 }
 
+// Whether forces move it now.
+bool FieldForces::Moves(EntityId id) const {
+  if (id.is_null() || state_.asleep[id.index()]) return false;
+  const std::optional<RigidBody>& body = scene_.entities[id.index()]->desc->rigid_body;
+  return body && body->motion_type == MotionType::kDynamic;
+}
+
 SpringEnd FieldForces::EndOf(EntityId id, const Vector3& point) const {
   SpringEnd end{.point = point};
   if (id.is_null()) return end;
@@ -120,7 +127,7 @@ SpringEnd FieldForces::EndOf(EntityId id, const Vector3& point) const {
   const bool dynamic = body && body->motion_type == MotionType::kDynamic;
   end.row = EntityRow{row};
   end.point = pose.Transform(point);
-  end.moves = dynamic && !state_.asleep[row];
+  end.moves = Moves(id);
   end.arm = end.point - (dynamic ? pose.Transform(tied.mass.center_of_mass) : pose.position);
   end.linear_velocity = state_.linear_velocities.col(row);
   end.angular_velocity = state_.angular_velocities.col(row);

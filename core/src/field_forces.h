@@ -50,6 +50,7 @@ class FieldForces {
   const SceneEntity& entity(EntityRow row) const { return *scene_.entities[Index(row)]; }
   Vector3 CenterOf(EntityRow row) const;
   bool ActsOn(const ForceField& field, EntityRow row) const;
+  bool Moves(EntityId id) const;
   SpringEnd EndOf(EntityId id, const Vector3& point) const;
   void AddSprings(double h, RowValues<Wrench>& wrenches) const;
 
