@@ -173,7 +173,8 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> flown = after_move ? FlownWays(h) : std::vector<FlownWay>();
-  std::vector<FlownWay> ways = flown;
+  std::vector<FlownWay> renewed;
+  std::span<const FlownWay> ways = flown;
   FillRelativeVelocities(nullptr);
   RowMarks& changed = scratch_.changed;
   const RowMarks* looked_at = nullptr;
@@ -187,7 +188,8 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     if (is_over) break;
     changed.Clear();
     impacts.MarkStruck(changed);
-    ways = NewWays(impacts, flown);
+    renewed = NewWays(impacts, flown);
+    ways = renewed;
     std::vector<EntityRow> rows;
     for (const Impacts::Moved& moved : impacts.moved()) {
       rows.push_back(moved.row);
