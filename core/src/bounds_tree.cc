@@ -2,8 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace genphys {
+namespace {
+
+// All are sorted anew where more than one in so many leaves moved: to find places for these would take longer.
+constexpr size_t kRebuildFrom = 2;
+
+}  // namespace
 
 BoxRay::BoxRay(const Ray& ray) : origin_(ray.origin), inverse_(ray.translation.cwiseInverse()) {}
 
@@ -28,24 +35,67 @@ bool BoxRay::Meets(const Bounds& box, double fraction) const {
 BoundsTree::Node BoundsTree::Insert(const Bounds& box, GeometryRow row, uint32_t group) {
   const Node leaf = Allocate();
   nodes_[leaf] = Entry{.box = box, .group = group, .row = row};
-  if (root_ == kNone) {
-    root_ = leaf;
-    return leaf;
-  }
-  const Node sibling = FindSibling(box);
-  const Node joint = Allocate();
-  const Node parent = nodes_[sibling].parent;
-  nodes_[joint] = {.box = box, .parent = parent, .children = {sibling, leaf}, .height = 1};
-  Replace(parent, sibling, joint);
-  nodes_[sibling].parent = joint;
-  nodes_[leaf].parent = joint;
-  RepairUpwards(joint);
+  Hang(leaf);
+  ++leaves_;
   return leaf;
 }
 
 void BoundsTree::Remove(Node leaf) {
-  const Node parent = nodes_[leaf].parent;
+  Unhang(leaf);
+  nodes_[leaf].is_out_of_place = false;
   free_.push_back(leaf);
+  --leaves_;
+}
+
+void BoundsTree::Move(Node leaf, const Bounds& box) {
+  Entry& entry = nodes_[leaf];
+  entry.box = box;
+  for (Node node = entry.parent; node != kNone && !nodes_[node].box.Contains(box); node = nodes_[node].parent) {
+    nodes_[node].box = nodes_[node].box.Union(box);
+  }
+  if (!std::exchange(entry.is_out_of_place, true)) out_of_place_.push_back(leaf);
+}
+
+void BoundsTree::Tidy() {
+  // A tree that grew leaf by leaf is searched up to ten times as long as one that was sorted as a whole.
+  if (hung_ > leaves_ || kRebuildFrom * out_of_place_.size() > leaves_) {
+    Rebuild();
+  } else {
+    for (const Node leaf : out_of_place_) {
+      if (!std::exchange(nodes_[leaf].is_out_of_place, false)) continue;
+      Unhang(leaf);
+      Hang(leaf);
+    }
+  }
+  out_of_place_.clear();
+}
+
+void BoundsTree::Shift(const Vector3& by) {
+  // Rounding keeps the order of numbers: whatever lay in a box does.
+  for (Entry& entry : nodes_) entry.box = entry.box.Shifted(by);
+}
+
+// Makes the leaf a neighbour of another.
+void BoundsTree::Hang(Node leaf) {
+  ++hung_;
+  if (root_ == kNone) {
+    root_ = leaf;
+    nodes_[leaf].parent = kNone;
+    return;
+  }
+  const Node sibling = FindSibling(nodes_[leaf].box);
+  const Node joint = Allocate();
+  const Node parent = nodes_[sibling].parent;
+  nodes_[joint] = {.parent = parent, .children = {sibling, leaf}};
+  Replace(parent, sibling, joint);
+  nodes_[sibling].parent = joint;
+  nodes_[leaf].parent = joint;
+  Update(joint);
+  RepairUpwards(parent);
+}
+
+void BoundsTree::Unhang(Node leaf) {
+  const Node parent = nodes_[leaf].parent;
   if (parent == kNone) {
     root_ = kNone;
     return;
@@ -57,6 +107,45 @@ void BoundsTree::Remove(Node leaf) {
   nodes_[sibling].parent = grandparent;
   free_.push_back(parent);
   RepairUpwards(grandparent);
+}
+
+void BoundsTree::Rebuild() {
+  hung_ = 0;
+  sprouts_.clear();
+  std::vector<Node> open;
+  if (root_ != kNone) open.push_back(root_);
+  while (!open.empty()) {
+    const Node node = open.back();
+    open.pop_back();
+    Entry& entry = nodes_[node];
+    if (entry.is_leaf()) {
+      entry.is_out_of_place = false;
+      sprouts_.push_back({entry.box.min + entry.box.max, node});
+    } else {
+      open.insert(open.end(), {entry.children[1], entry.children[0]});
+      free_.push_back(node);
+    }
+  }
+  root_ = sprouts_.empty() ? kNone : Grow(sprouts_);
+  if (root_ != kNone) nodes_[root_].parent = kNone;
+}
+
+// A tree of these, of which each half has the same number: no other shape is as low.
+BoundsTree::Node BoundsTree::Grow(std::span<Sprout> sprouts) {
+  if (sprouts.size() == 1) return sprouts.front().leaf;
+  Bounds centers{sprouts.front().center, sprouts.front().center};
+  for (const Sprout& sprout : sprouts) centers = centers.Union({sprout.center, sprout.center});
+  Eigen::Index axis = 0;
+  (centers.max - centers.min).maxCoeff(&axis);
+  const size_t half = sprouts.size() / 2;
+  std::nth_element(sprouts.begin(), sprouts.begin() + static_cast<ptrdiff_t>(half), sprouts.end(),
+                   [axis](const Sprout& a, const Sprout& b) { return a.center[axis] < b.center[axis]; });
+  const Node node = Allocate();
+  const Node first = Grow(sprouts.first(half)), second = Grow(sprouts.subspan(half));
+  nodes_[node] = {.children = {first, second}};
+  nodes_[first].parent = nodes_[second].parent = node;
+  Update(node);
+  return node;
 }
 
 BoundsTree::Node BoundsTree::Allocate() {
@@ -94,20 +183,28 @@ void BoundsTree::Replace(Node parent, Node child, Node by) {
   }
 }
 
-void BoundsTree::Update(Node node) {
+// Whether that changed anything.
+bool BoundsTree::Update(Node node) {
   Entry& entry = nodes_[node];
   const Entry& first = nodes_[entry.children[0]];
   const Entry& second = nodes_[entry.children[1]];
-  entry.box = first.box.Union(second.box);
-  entry.height = 1 + std::max(first.height, second.height);
-  entry.group = first.group == second.group ? first.group : kNoGroup;
+  const Bounds box = first.box.Union(second.box);
+  const int32_t height = 1 + std::max(first.height, second.height);
+  const uint32_t group = first.group == second.group ? first.group : kNoGroup;
+  const bool is_same =
+      entry.box.Contains(box) && box.Contains(entry.box) && entry.height == height && entry.group == group;
+  entry.box = box;
+  entry.height = height;
+  entry.group = group;
+  return !is_same;
 }
 
 // Where one side is two levels taller, its root takes the place of `node`, which takes the lower grandchild in return.
-void BoundsTree::Balance(Node node) {
+// Whether that had to be.
+bool BoundsTree::Balance(Node node) {
   Entry& entry = nodes_[node];
   const int32_t difference = nodes_[entry.children[1]].height - nodes_[entry.children[0]].height;
-  if (difference >= -1 && difference <= 1) return;
+  if (difference >= -1 && difference <= 1) return false;
   const int side = difference > 0 ? 1 : 0;
   const Node tall = entry.children[side];
   Entry& lifted = nodes_[tall];
@@ -124,14 +221,16 @@ void BoundsTree::Balance(Node node) {
   nodes_[given].parent = node;
   Update(node);
   Update(tall);
+  return true;
 }
 
+// From a node whose children changed, as far as something changes.
 void BoundsTree::RepairUpwards(Node node) {
   while (node != kNone) {
     // Balancing puts another node here, whose parent is the one to go on with.
     const Node parent = nodes_[node].parent;
-    Update(node);
-    Balance(node);
+    const bool is_changed = Update(node);
+    if (!Balance(node) && !is_changed) return;
     node = parent;
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "genphys/bounds.h"
@@ -23,7 +24,8 @@ class BoxRay {
 
 /// A balanced tree of boxes, one leaf for each geometry. Leaves may belong to groups, of which a search can leave one
 /// out and then does not go down to its members where they are among themselves. What it finds does not depend on how
-/// it came about, only the order in which it finds it does. Insertion, removal and queries take logarithmic time.
+/// it came about, only the order in which it finds it does. Insertion, removal and queries take logarithmic time; where
+/// most leaves are new or moved, all are sorted at once.
 class BoundsTree {
  public:
   using Node = int32_t;
@@ -36,6 +38,13 @@ class BoundsTree {
   Node Insert(const Bounds& box, GeometryRow row, uint32_t group);
   void Remove(Node leaf);
 
+  /// Gives a leaf another box where it is in the tree. It is found at once, but searches take longer until Tidy().
+  void Move(Node leaf, const Bounds& box);
+  /// Finds all that moved a place where they are, or sorts all anew if many moved or came.
+  void Tidy();
+  /// Shifts all that is in it.
+  void Shift(const Vector3& by);
+
   /// Around all leaves; of none the null box.
   Bounds bounds() const { return root_ == kNone ? Bounds{} : nodes_[root_].box; }
   bool empty() const { return root_ == kNone; }
@@ -44,6 +53,12 @@ class BoundsTree {
   template <typename Visit>
   void VisitOverlaps(const Bounds& box, uint32_t left_out, Visit&& visit) const {
     VisitIf([&](const Bounds& candidate) { return candidate.Overlaps(box); }, left_out, visit);
+  }
+
+  /// Calls visit(a, b) once for each two leaves whose boxes overlap, unless they belong to the same group.
+  template <typename Visit>
+  void VisitPairs(Visit&& visit) const {
+    if (root_ != kNone) VisitPairsIn(root_, visit);
   }
 
   /// Calls visit(row) for each leaf whose box `ray` meets in its first `fraction`, which `visit` may lower meanwhile.
@@ -60,6 +75,7 @@ class BoundsTree {
     int32_t height = 0;         // of a leaf: zero
     uint32_t group = kNoGroup;  // of all below, if it is the same
     GeometryRow row{};
+    bool is_out_of_place = false;
 
     bool is_leaf() const { return height == 0; }
   };
@@ -85,16 +101,55 @@ class BoundsTree {
     }
   }
 
+  // Pairs of leaves below `node`.
+  template <typename Visit>
+  void VisitPairsIn(Node node, Visit& visit) const {
+    const Entry& entry = nodes_[node];
+    if (entry.is_leaf() || entry.group != kNoGroup) return;
+    const auto [first, second] = entry.children;
+    VisitPairsIn(first, visit);
+    VisitPairsIn(second, visit);
+    VisitPairsOf(first, second, visit);
+  }
+
+  // Pairs of a leaf below `a` and one below `b`.
+  template <typename Visit>
+  void VisitPairsOf(Node a, Node b, Visit& visit) const {
+    const Entry &first = nodes_[a], &second = nodes_[b];
+    if (!first.box.Overlaps(second.box) || (first.group != kNoGroup && first.group == second.group)) return;
+    if (first.is_leaf() && second.is_leaf()) {
+      visit(first.row, second.row);
+    } else if (first.height >= second.height) {
+      for (const Node child : first.children) VisitPairsOf(child, b, visit);
+    } else {
+      for (const Node child : second.children) VisitPairsOf(a, child, visit);
+    }
+  }
+
+  // One that is to be sorted into a new tree.
+  struct Sprout {
+    Vector3 center;  // m, twice
+    Node leaf = kNone;
+  };
+
   Node Allocate();
+  void Hang(Node leaf);
+  void Unhang(Node leaf);
+  void Rebuild();
+  Node Grow(std::span<Sprout> sprouts);
   Node FindSibling(const Bounds& box) const;
   double Growth(Node node, const Bounds& box) const;
   void Replace(Node parent, Node child, Node by);
-  void Update(Node node);
-  void Balance(Node node);
+  bool Update(Node node);
+  bool Balance(Node node);
   void RepairUpwards(Node node);
 
   std::vector<Entry> nodes_;
   std::vector<Node> free_;
+  std::vector<Node> out_of_place_;  // and some that are no longer
+  std::vector<Sprout> sprouts_;     // kept for its memory only
+  size_t leaves_ = 0;
+  size_t hung_ = 0;  // leaves that found a place since all were sorted
   Node root_ = kNone;
 };
 

@@ -43,18 +43,17 @@ void BroadPhase::Move(GeometryRow row, const Bounds& given, bool was_put) {
   const Bounds before = std::exchange(proxy.box, box);
   const Vector3 displacement = 0.5 * (box.min + box.max - before.min - before.max);
   if (proxy.neighbourhood.Contains(box)) return;
-  BoundsTree& tree = proxy.kind == Kind::kMoving ? moving_ : resting_;
-  tree.Remove(proxy.leaf);
   // So was what jumps further than its own size.
   const bool jumped = was_put || displacement.squaredNorm() > (box.max - box.min).squaredNorm();
   if (proxy.kind != Kind::kMoving) {
-    Enter(tree, box, row, proxy);
+    proxy.neighbourhood = box;
   } else if (jumped) {
-    Enter(tree, Widened(box, Vector3::Zero()), row, proxy);
+    proxy.neighbourhood = Widened(box, Vector3::Zero());
   } else {
     // With where it comes from, for whoever asks what it met on its way.
-    Enter(tree, Widened(box, proxy.ahead * displacement).Union(Widened(before, Vector3::Zero())), row, proxy);
+    proxy.neighbourhood = Widened(box, proxy.ahead * displacement).Union(Widened(before, Vector3::Zero()));
   }
+  (proxy.kind == Kind::kMoving ? moving_ : resting_).Move(proxy.leaf, proxy.neighbourhood);
   MarkFresh(row);
 }
 
@@ -88,11 +87,11 @@ void BroadPhase::Settle() {
   if (!std::exchange(has_drifted_, false) || drift_.isZero(0)) return;
   for (const GeometryRow row : moving_rows_) {
     Proxy& proxy = proxies_[Index(row)];
-    moving_.Remove(proxy.leaf);
     proxy.box = proxy.box.Shifted(drift_);
-    Enter(moving_, proxy.neighbourhood.Shifted(drift_), row, proxy);
+    proxy.neighbourhood = proxy.neighbourhood.Shifted(drift_);
     MarkFresh(row);
   }
+  moving_.Shift(drift_);
   drift_.setZero();
 }
 

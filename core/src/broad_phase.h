@@ -49,17 +49,28 @@ class BroadPhase {
   /// has none will have a neighbourhood that reaches farther ahead.
   template <typename Visit>
   void VisitFreshPairs(Visit&& visit) {
-    for (GeometryRow row : fresh_rows_) {
-      bool is_alone = true;
-      VisitNeighbours(row, [&](GeometryRow other) {
-        if (other == row) return;
-        is_alone = false;
-        proxies_[Index(other)].ahead = kAhead;
-        // Each of two fresh ones finds the other.
-        if (!IsFresh(other) || Index(row) < Index(other)) visit(row, other);
-      });
+    moving_.Tidy();
+    resting_.Tidy();
+    for (const GeometryRow row : fresh_rows_) {
       uint8_t& ahead = proxies_[Index(row)].ahead;
-      ahead = is_alone ? std::min<uint8_t>(2 * ahead, kAheadMost) : kAhead;
+      ahead = std::min<uint8_t>(2 * ahead, kAheadMost);
+    }
+    const auto meet = [&](GeometryRow a, GeometryRow b) {
+      proxies_[Index(a)].ahead = proxies_[Index(b)].ahead = kAhead;
+      visit(a, b);
+    };
+    // Where most are fresh, it takes less to go through all pairs once than to look around each.
+    const bool are_most_fresh = kMost * fresh_rows_.size() > moving_rows_.size();
+    if (are_most_fresh) {
+      moving_.VisitPairs([&](GeometryRow a, GeometryRow b) {
+        if (IsFresh(a) || IsFresh(b)) meet(a, b);
+      });
+    }
+    for (const GeometryRow row : fresh_rows_) {
+      VisitNeighbours(row, !are_most_fresh, [&](GeometryRow other) {
+        // Each of two fresh ones finds the other.
+        if (other != row && (!IsFresh(other) || Index(row) < Index(other))) meet(row, other);
+      });
     }
   }
 
@@ -96,6 +107,9 @@ class BroadPhase {
   // neighbours who are none.
   static constexpr uint8_t kAhead = 8, kAheadMost = 64;
 
+  // More than one in so many.
+  static constexpr size_t kMost = 4;
+
   struct Proxy {
     Bounds box;            // tight; of a moving one as seen from what drifts
     Bounds neighbourhood;  // the same of its leaf, which lies elsewhere in memory and is asked for at every move
@@ -112,9 +126,10 @@ class BroadPhase {
     HalfSpace half_space;
   };
 
-  // Calls visit(row) for all neighbours of `row`, and maybe for itself.
+  // Calls visit(row) for all neighbours of `row`, if it moves for those that move only on request, and maybe for
+  // itself.
   template <typename Visit>
-  void VisitNeighbours(GeometryRow row, Visit&& visit) const {
+  void VisitNeighbours(GeometryRow row, bool among_moving, Visit&& visit) const {
     const Proxy& proxy = proxies_[Index(row)];
     if (proxy.kind == Kind::kAbsent) return;
     if (proxy.kind == Kind::kPlane) {
@@ -128,7 +143,7 @@ class BroadPhase {
       moving_.VisitOverlaps(seen.Union(seen.Shifted(-way_)), proxy.group, visit);
       return;
     }
-    moving_.VisitOverlaps(proxy.neighbourhood, proxy.group, visit);
+    if (among_moving) moving_.VisitOverlaps(proxy.neighbourhood, proxy.group, visit);
     const Bounds box = NeighbourhoodOf(proxy);
     resting_.VisitOverlaps(box, proxy.group, visit);
     for (const Plane& plane : planes_) {

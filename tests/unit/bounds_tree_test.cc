@@ -1,0 +1,140 @@
+// The tree of boxes, held against looking at each box.
+#include "core/src/bounds_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <utility>
+
+namespace genphys {
+namespace {
+
+// Boxes of all sizes in a tree and in a list, each the same at any time.
+class Thicket {
+ public:
+  struct Leaf {
+    BoundsTree::Node node;
+    Bounds box;
+    uint32_t group;
+  };
+  using Pairs = std::vector<std::pair<uint32_t, uint32_t>>;
+
+  BoundsTree& tree() { return tree_; }
+
+  void Insert() {
+    const Bounds box = NewBox();
+    const auto group = static_cast<uint32_t>(generator_() % 4);  // of which one is none
+    leaves_[next_] = {tree_.Insert(box, GeometryRow{next_}, group), box, group};
+    ++next_;
+  }
+  void Remove() {
+    const auto leaf = Any();
+    tree_.Remove(leaf->second.node);
+    leaves_.erase(leaf);
+  }
+  void Move() {
+    const auto leaf = Any();
+    leaf->second.box = NewBox();
+    tree_.Move(leaf->second.node, leaf->second.box);
+  }
+  void Shift() {
+    const Vector3 by(Number(), Number(), Number());
+    for (auto& [row, leaf] : leaves_) leaf.box = leaf.box.Shifted(by);
+    tree_.Shift(by);
+  }
+  size_t size() const { return leaves_.size(); }
+
+  void ExpectOverlapsAreFound() {
+    const Bounds box = NewBox();
+    const auto left_out = static_cast<uint32_t>(generator_() % 4);
+    std::vector<uint32_t> found, expected;
+    tree_.VisitOverlaps(box, left_out, [&](GeometryRow row) { found.push_back(Index(row)); });
+    std::sort(found.begin(), found.end());
+    for (const auto& [row, leaf] : leaves_) {
+      if (leaf.box.Overlaps(box) && (leaf.group == BoundsTree::kNoGroup || leaf.group != left_out))
+        expected.push_back(row);
+    }
+    EXPECT_EQ(found, expected);
+  }
+
+  void ExpectPairsAreFound() {
+    Pairs found, expected;
+    tree_.VisitPairs([&](GeometryRow a, GeometryRow b) { found.push_back(std::minmax(Index(a), Index(b))); });
+    std::sort(found.begin(), found.end());
+    for (auto a = leaves_.begin(); a != leaves_.end(); ++a) {
+      for (auto b = std::next(a); b != leaves_.end(); ++b) {
+        const bool is_same_group = a->second.group != BoundsTree::kNoGroup && a->second.group == b->second.group;
+        if (!is_same_group && a->second.box.Overlaps(b->second.box)) expected.push_back({a->first, b->first});
+      }
+    }
+    EXPECT_EQ(found, expected);
+  }
+
+  void ExpectBoundsAreTight() {
+    ASSERT_EQ(tree_.empty(), leaves_.empty());
+    if (leaves_.empty()) return;
+    Bounds all = leaves_.begin()->second.box;
+    for (const auto& [row, leaf] : leaves_) all = all.Union(leaf.box);
+    EXPECT_EQ(tree_.bounds().min, all.min);
+    EXPECT_EQ(tree_.bounds().max, all.max);
+  }
+
+ private:
+  double Number() { return std::uniform_real_distribution<double>(-1, 1)(generator_); }
+  Bounds NewBox() {
+    const Vector3 center(8 * Number(), 8 * Number(), 8 * Number());
+    return Bounds{center, center}.Widened(std::exp(2 * Number() - 1));
+  }
+  std::map<uint32_t, Leaf>::iterator Any() {
+    return std::next(leaves_.begin(), static_cast<ptrdiff_t>(generator_() % leaves_.size()));
+  }
+
+  BoundsTree tree_;
+  std::map<uint32_t, Leaf> leaves_;  // by geometry row
+  uint32_t next_ = 0;
+  std::mt19937 generator_{1};
+};
+
+class BoundsTreeOf : public testing::TestWithParam<int> {};
+
+// How many of a hundred move between two searches: few find a place of their own, many are sorted anew.
+INSTANTIATE_TEST_SUITE_P(Moving, BoundsTreeOf, testing::Values(1, 10, 30, 100));
+
+TEST_P(BoundsTreeOf, FindsWhatALookAtEachBoxFinds) {
+  Thicket thicket;
+  for (int i = 0; i < 100; ++i) thicket.Insert();
+  for (int round = 0; round < 50; ++round) {
+    SCOPED_TRACE(round);
+    for (int i = 0; i < GetParam(); ++i) thicket.Move();
+    // Also before they have a new place.
+    thicket.ExpectOverlapsAreFound();
+    thicket.ExpectPairsAreFound();
+    for (int i = 0; i < 5; ++i) thicket.Remove();
+    for (int i = 0; i < 5; ++i) thicket.Insert();
+    thicket.tree().Tidy();
+    if (round % 5 == 0) thicket.Shift();
+    for (int i = 0; i < 10; ++i) thicket.ExpectOverlapsAreFound();
+    thicket.ExpectPairsAreFound();
+    thicket.ExpectBoundsAreTight();
+  }
+}
+
+TEST_P(BoundsTreeOf, IsEmptyAfterAllAreRemovedAndFillsAgain) {
+  Thicket thicket;
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 20; ++i) thicket.Insert();
+    for (int i = 0; i < GetParam(); ++i) thicket.Move();
+    if (round % 2 == 0) thicket.tree().Tidy();
+    while (thicket.size() > 0) {
+      thicket.Remove();
+      thicket.tree().Tidy();
+      thicket.ExpectBoundsAreTight();
+      thicket.ExpectPairsAreFound();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace genphys
