@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genphys/bounds.h"
@@ -55,6 +57,30 @@ class BoundsTree {
     VisitIf([&](const Bounds& candidate) { return candidate.Overlaps(box); }, left_out, visit);
   }
 
+  /// Calls visit(row) for each leaf whose box is no farther from `box` than `within` (m), which `visit` may lower
+  /// meanwhile; the nearer ones mostly come first. May do so for one that is farther within rounding.
+  template <typename Visit>
+  void VisitNearest(const Bounds& box, const double& within, Visit&& visit) const {
+    if (root_ == kNone) return;
+    std::array<std::pair<double, Node>, kWalkSizeMax> open;
+    size_t count = 0;
+    const auto push = [&](Node node) { open[count++] = {nodes_[node].box.SquaredGap(box), node}; };
+    push(root_);
+    while (count > 0) {
+      const auto [gap, node] = open[--count];
+      const double reach = std::max(within, 0.0) * (1 + kRounding);
+      if (gap > reach * reach) continue;
+      const Entry& entry = nodes_[node];
+      if (entry.is_leaf()) {
+        visit(entry.row);
+        continue;
+      }
+      push(entry.children[0]);
+      push(entry.children[1]);
+      if (open[count - 1].first > open[count - 2].first) std::swap(open[count - 1], open[count - 2]);
+    }
+  }
+
   /// Calls visit(a, b) once for each two leaves whose boxes overlap, unless they belong to the same group.
   template <typename Visit>
   void VisitPairs(Visit&& visit) const {
@@ -79,6 +105,8 @@ class BoundsTree {
 
     bool is_leaf() const { return height == 0; }
   };
+
+  static constexpr double kRounding = 1e-12;
 
   // Balance keeps the height below 1.45 log2(leaves), and a walk keeps one node for each level.
   static constexpr size_t kWalkSizeMax = 64;

@@ -91,6 +91,15 @@ class BroadPhase {
     moving_.VisitRay(BoxRay({ray.origin - drift_, ray.translation}), fraction, visit);
   }
 
+  /// Calls visit(row) for each geometry that may be no farther from `box` than `within` (m), which `visit` may lower
+  /// meanwhile, and for all planes; the nearer ones mostly come first.
+  template <typename Visit>
+  void VisitNearest(const Bounds& box, const double& within, Visit&& visit) const {
+    for (const Plane& plane : planes_) visit(plane.row);
+    resting_.VisitNearest(box, within, visit);
+    moving_.VisitNearest(box.Shifted(-drift_), within, visit);
+  }
+
   /// Calls visit(row) for each geometry whose neighbourhood overlaps `box`, and for all planes, but for boxes of the
   /// group `left_out`.
   template <typename Visit>

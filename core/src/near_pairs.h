@@ -105,6 +105,13 @@ class NearPairs {
     broad_phase_.VisitRay(ray, fraction, visit);
   }
 
+  /// Calls visit(row) for each geometry that may be no farther from `bounds` than `within` (m), which `visit` may lower
+  /// meanwhile, and for all planes; the nearer ones mostly come first.
+  template <typename Visit>
+  void VisitNearest(const Bounds& bounds, const double& within, Visit&& visit) const {
+    broad_phase_.VisitNearest(bounds, within, visit);
+  }
+
   /// Calls visit(row) for each geometry that may overlap `bounds`, and for all planes.
   template <typename Visit>
   void VisitBounds(const Bounds& bounds, Visit&& visit) const {

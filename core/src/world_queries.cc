@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -32,6 +35,8 @@ Status CheckCount(size_t results, std::string_view field) {
 // Asking takes about as long as one ray.
 constexpr size_t kRaysBetweenChecks = 100;
 constexpr size_t kShapesBetweenChecks = 10;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Placement PlacementOf(const Pose& pose) { return ToPlacement({pose.position, pose.orientation.normalized()}); }
 
@@ -173,6 +178,26 @@ Result<std::vector<std::vector<GeometryId>>> World::FindOverlaps(const Shape& sh
   return overlaps;
 }
 
+// Of several that are equally near, the first in canonical order.
+ClosestPoints World::ClosestTo(const Shape& shape, const Placement& placement, double distance_max,
+                               uint64_t collides_with_bits) {
+  ClosestPoints closest;
+  std::optional<GeometryRow> best;
+  double within = distance_max;
+  near_->VisitNearest(BoundsOf(shape, placement), within, [&](GeometryRow row) {
+    if (!rule_.SeenByRay(row, collides_with_bits)) return;
+    const auto [geometry, there] = Placed(row);
+    // What is as near as the best must be found to be told from it.
+    const double reach = best ? std::nextafter(within, kInfinity) : within;
+    const std::optional<Proximity> near = FindProximity(geometry->shape, there, shape, placement, reach);
+    if (!near || (best && (near->distance > within || (near->distance == within && rule_.Before(*best, row))))) return;
+    best = row;
+    within = near->distance;
+    closest = {{rule_.info(row).entity_id, geometry->id}, near->distance, near->on_b, near->on_a, near->normal};
+  });
+  return closest;
+}
+
 Result<std::vector<ClosestPoints>> World::FindClosest(const Shape& shape, std::span<const Pose> poses,
                                                       double distance_max, uint64_t collides_with_bits) {
   GENPHYS_RETURN_IF_ERROR(CheckShapeQuery(shape, poses));
@@ -180,15 +205,7 @@ Result<std::vector<ClosestPoints>> World::FindClosest(const Shape& shape, std::s
   std::vector<ClosestPoints> closest(poses.size());
   for (size_t i = 0; i < poses.size(); ++i) {
     GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
-    const Placement placement = PlacementOf(poses[i]);
-    double within = distance_max;
-    for (const GeometryRow row : RowsIn(BoundsOf(shape, placement).Widened(distance_max), collides_with_bits)) {
-      const auto [geometry, there] = Placed(row);
-      const std::optional<Proximity> near = FindProximity(geometry->shape, there, shape, placement, within);
-      if (!near || (!closest[i].hit.entity.is_null() && near->distance >= within)) continue;
-      within = near->distance;
-      closest[i] = {{rule_.info(row).entity_id, geometry->id}, near->distance, near->on_b, near->on_a, near->normal};
-    }
+    closest[i] = ClosestTo(shape, PlacementOf(poses[i]), distance_max, collides_with_bits);
   }
   return closest;
 }

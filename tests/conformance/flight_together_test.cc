@@ -129,6 +129,9 @@ TEST_P(FlightTogether, IsSeenWhereItIs) {
     ASSERT_TRUE(overlaps.ok());
     ASSERT_EQ(overlaps->front().size(), 1u);
     EXPECT_EQ(overlaps->front().front().entity, ball);
+    const auto closest = world->FindClosest(Sphere{0.01}, {&pose, 1}, 100);
+    ASSERT_TRUE(closest.ok());
+    EXPECT_EQ(closest->front().hit.entity, ball);
   }
 }
 

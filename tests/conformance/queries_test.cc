@@ -1,10 +1,12 @@
 // What questions are answered, whatever the engine.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
 #include "engine_test.h"
 #include "genphys/limits.h"
+#include "support/random.h"
 #include "support/shapes.h"
 
 namespace genphys {
@@ -166,6 +168,55 @@ TEST_P(Queries, TheClosestThingIsFoundAndHowFarItIs) {
   EXPECT_NEAR(found[1].distance, 0.5, kExact) << "the floor";
   EXPECT_NEAR(found[2].distance, -0.7, kExact) << "inside";
   EXPECT_TRUE(found[3].hit.entity.is_null()) << "too far";
+}
+
+TEST_P(Queries, TheClosestOfManyIsTheOneToWhichTheDistanceIsLeast) {
+  Proves({Claim::kClosestPoints});
+  const auto world = MakeWorld();
+  Random random(1);
+  std::vector<EntityId> all;
+  for (int i = 0; i < 200; ++i) {
+    const Vector3 place = random.Vector(20) + Vector3(0, 0, 30);
+    EntityDesc desc = i % 2 == 0 ? Ball(place, random.LogUniform(0.1, 2)) : Crate(place, random.LogUniform(0.1, 2));
+    desc.pose.orientation = random.Turn();
+    if (i % 4 < 2) desc.rigid_body->motion_type = MotionType::kStatic;
+    all.push_back(Add(*world, desc));
+  }
+  // Half of them fall, and what looks meets nobody.
+  Steps(*world, 10);
+  EntityDesc looking = Still(Sphere{0.2}, {});
+  looking.rigid_body->geometries[0].collides_with_bits = 0;
+  const EntityId eye = Add(*world, looking);
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(i);
+    const Vector3 place = random.Vector(i % 2 == 0 ? 25 : 200) + Vector3(0, 0, 230);
+    Do(*world, SetPose{.id = eye, .position = place});
+    const std::vector<ClosestPoints> each = Must(world->MeasureDistances(std::vector<EntityId>(all.size(), eye), all));
+    const auto least = std::ranges::min_element(each, {}, &ClosestPoints::distance);
+    const std::vector<Pose> poses = At({place});
+    Do(*world, SetPose{.id = eye, .position = Vector3(0, 0, 5000)});
+    const ClosestPoints closest = Must(world->FindClosest(Sphere{0.2}, poses, 1000))[0];
+    if (place.z() - 0.2 < least->distance) continue;  // the floor is closer
+    EXPECT_EQ(closest.hit, least->hit);
+    EXPECT_NEAR(closest.distance, least->distance, kExact);
+    // Within less there is none.
+    EXPECT_TRUE(Must(world->FindClosest(Sphere{0.2}, poses, 0.999 * least->distance))[0].hit.entity.is_null());
+  }
+}
+
+TEST_P(Queries, OfThoseThatAreEquallyCloseTheFirstIsTold) {
+  Proves({Claim::kClosestPoints});
+  const auto world = MakeWorld();
+  const std::vector<Vector3> places{{3, 0, 50}, {-3, 0, 50}, {0, 3, 50}, {0, -3, 50}, {0, 0, 53}};
+  std::vector<EntityId> ids;
+  for (const Vector3& place : places) ids.push_back(Add(*world, Still(Sphere{0.5}, place)));
+  const std::vector<Pose> poses = At({{0, 0, 50}});
+  for (const EntityId first : ids) {
+    const ClosestPoints closest = Must(world->FindClosest(Sphere{0.5}, poses, 10))[0];
+    EXPECT_EQ(closest.hit.entity, first);
+    EXPECT_NEAR(closest.distance, 2, kExact);
+    Do(*world, DeleteEntity{first});
+  }
 }
 
 TEST_P(Queries, DistancesOfEntitiesAreThoseOfTheirNearestParts) {

@@ -23,6 +23,8 @@ struct Bounds {
     const Vector3 d = max - min;
     return d.x() * d.y() + d.y() * d.z() + d.z() * d.x();
   }
+  /// Of the distance between the two, m^2; zero if they overlap.
+  double SquaredGap(const Bounds& o) const { return (min - o.max).cwiseMax(o.min - max).cwiseMax(0).squaredNorm(); }
   /// Larger by `margin` on every side.
   Bounds Widened(double margin) const { return {min.array() - margin, max.array() + margin}; }
   Bounds Shifted(const Vector3& by) const { return {min + by, max + by}; }

@@ -228,6 +228,8 @@ class World {
   Status CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const;
   std::vector<GeometryRow> RowsIn(const Bounds& bounds, uint64_t collides_with_bits);
   std::pair<const Geometry*, Placement> Placed(GeometryRow row) const;
+  ClosestPoints ClosestTo(const Shape& shape, const Placement& placement, double distance_max,
+                          uint64_t collides_with_bits);
   RayHit CastRay(const Ray& ray, uint64_t collides_with_bits) const;
   std::vector<EventContactPoint> SolvedPointsOf(const ContactPair& pair) const;
   void AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const;
