@@ -135,10 +135,10 @@ void Serialize(const LayerState& state, std::string& bytes) {
   for (const RestWatch& watch : rest_watches) Put(out, watch);
   out.PutColumn(moving);
   out.PutColumn(faulted);
-  for (const std::vector<TouchingPair>* pairs : {&touching, &lying}) {
-    out.Put(uint64_t{pairs->size()});
-    for (const TouchingPair& pair : *pairs) Put(out, pair);
-  }
+  out.Put(uint64_t{touching.size()});
+  for (const TouchingPair& pair : touching) Put(out, pair);
+  out.Put(uint64_t{lying.size()});
+  for (const TouchingPair& pair : lying) Put(out, pair);
   out.Put(uint64_t{forces.size()});
   for (const PendingForce& force : forces) Put(out, force);
   out.Put(uint64_t{passages.size()});

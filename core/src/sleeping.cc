@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <unordered_set>
+#include <utility>
 
 #include "disjoint_sets.h"
 #include "resting.h"
@@ -35,63 +37,74 @@ bool IsHeld(const SceneJoint& joint, const LayerState& layer) {
 }
 
 // Whom the joint makes restless: whoever hangs on something that moves, or is driven.
-void VisitJoint(const Scene& scene, const SceneJoint& joint, const RowSet& active, DisjointSets& islands,
-                std::vector<uint8_t>& restless) {
+template <typename Join, typename Disturb>
+void VisitJoint(const Scene& scene, const SceneJoint& joint, const RowSet& active, Join join, Disturb disturb) {
   const JointDesc& desc = joint.desc;
   const bool is_driven = IsDriven(desc.kind);
   const auto is_dynamic = [&](const EntityRef& e) { return !e.is_world() && IsDynamic(scene, e.id.index()); };
   const bool dynamic_a = is_dynamic(desc.entity_a), dynamic_b = is_dynamic(desc.entity_b);
-  if (dynamic_a && dynamic_b) islands.Join(desc.entity_a.id.index(), desc.entity_b.id.index());
-  const auto disturb = [&](const EntityRef& entity, const EntityRef& other) {
+  if (dynamic_a && dynamic_b) join(desc.entity_a.id.index(), desc.entity_b.id.index());
+  const auto visit = [&](const EntityRef& entity, const EntityRef& other) {
     const bool is_carried = !other.is_world() && !IsDynamic(scene, other.id.index()) && active[other.id.index()];
-    if (is_driven || is_carried) restless[entity.id.index()] = true;
+    if (is_driven || is_carried) disturb(entity.id.index());
   };
-  if (dynamic_a) disturb(desc.entity_a, desc.entity_b);
-  if (dynamic_b) disturb(desc.entity_b, desc.entity_a);
+  if (dynamic_a) visit(desc.entity_a, desc.entity_b);
+  if (dynamic_b) visit(desc.entity_b, desc.entity_a);
 }
 
 }  // namespace
 
-std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const JointIndex& joints, const RowSet& active, const LayerState& layer) {
+std::vector<EntityRow> RowsToSleep(const Scene& scene, const std::vector<EntityRow>& rows, const JointIndex& joints,
+                                   const RowSet& active, const LayerState& layer, RowValues<int>& places) {
   const auto has_rested = [&](EntityRow row) { return HasRested(scene, layer, Index(row)); };
   if (std::ranges::none_of(rows, has_rested)) return {};
 
-  DisjointSets islands(state.rows());
-  std::vector<uint8_t> restless(state.rows());
-  for (EntityRow row : rows) restless[Index(row)] = !has_rested(row);
-  const auto disturb = [&](uint32_t row, uint32_t other) {
+  places.Clear();
+  for (size_t i = 0; i < rows.size(); ++i) places[rows[i]] = static_cast<int>(i);
+  const auto place_of = [&](uint32_t row) { return std::as_const(places)[EntityRow{row}]; };
+  DisjointSets islands(rows.size());
+  std::vector<uint8_t> restless(rows.size());
+  for (size_t i = 0; i < rows.size(); ++i) restless[i] = !has_rested(rows[i]);
+  const auto join = [&](uint32_t a, uint32_t b) {
+    if (place_of(a) >= 0 && place_of(b) >= 0) {
+      islands.Join(static_cast<uint32_t>(place_of(a)), static_cast<uint32_t>(place_of(b)));
+    }
+  };
+  const auto disturb = [&](uint32_t row) {
+    if (place_of(row) >= 0) restless[static_cast<size_t>(place_of(row))] = true;
+  };
+  const auto run = [&](uint32_t row, uint32_t other) {
     const auto& body = scene.entities[other]->desc->rigid_body;
-    if (body && HasRunningSurface(*body)) restless[row] = true;
+    if (body && HasRunningSurface(*body)) disturb(row);
   };
   const auto tie = [&](uint32_t a, uint32_t b) {
     const bool dynamic_a = IsDynamic(scene, a), dynamic_b = IsDynamic(scene, b);
     if (dynamic_a && dynamic_b) {
-      islands.Join(a, b);
+      join(a, b);
     } else if (active[dynamic_a ? b : a]) {
-      restless[dynamic_a ? a : b] = true;  // it lies on something that moves
+      disturb(dynamic_a ? a : b);  // it lies on something that moves
     }
   };
   for (const TouchingPair& touching : layer.touching) {
     if (touching.is_sensor) continue;
     const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
     tie(a, b);
-    if (IsDynamic(scene, a)) disturb(a, b);
-    if (IsDynamic(scene, b)) disturb(b, a);
+    run(a, b);
+    run(b, a);
   }
   for (const EntityRow row : rows) {
     for (const uint32_t slot : joints.Of(row)) {
       const SceneJoint& joint = *scene.joints[slot];
-      if (IsHeld(joint, layer)) VisitJoint(scene, joint, active, islands, restless);
+      if (IsHeld(joint, layer)) VisitJoint(scene, joint, active, join, disturb);
     }
   }
   ForEachSpring(scene, tie);
-  for (EntityRow row : rows) {
-    if (restless[Index(row)]) restless[islands.Find(Index(row))] = true;
+  for (uint32_t i = 0; i < rows.size(); ++i) {
+    if (restless[i]) restless[islands.Find(i)] = true;
   }
   std::vector<EntityRow> sleepers;
-  for (EntityRow row : rows) {
-    if (!restless[islands.Find(Index(row))]) sleepers.push_back(row);
+  for (uint32_t i = 0; i < rows.size(); ++i) {
+    if (!restless[islands.Find(i)]) sleepers.push_back(rows[i]);
   }
   return sleepers;
 }
@@ -140,28 +153,43 @@ void ReportMoving(const Scene& scene, const StateArrays& state, const std::vecto
 }
 
 std::vector<EntityRow> SleepingIslands(const Scene& scene, const StateArrays& state, const LayerState& layer,
-                                       std::span<const EntityRow> rows) {
+                                       const JointIndex& joints, std::span<const EntityRow> rows) {
   const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };
-  DisjointSets islands(state.rows());
+  // What has no list of those that it ties one body to.
+  std::vector<std::pair<uint32_t, uint32_t>> loose;
   const auto tie = [&](uint32_t a, uint32_t b) {
-    if (sleeps(a) && sleeps(b)) islands.Join(a, b);
+    if (sleeps(a) && sleeps(b)) loose.insert(loose.end(), {{a, b}, {b, a}});
   };
-  for (const std::vector<TouchingPair>* pairs : {&layer.touching, &layer.lying}) {
-    for (const TouchingPair& touching : *pairs) {
-      if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
-    }
-  }
-  for (const std::optional<SceneJoint>& joint : scene.joints) {
-    if (!joint || joint->desc.entity_a.is_world() || joint->desc.entity_b.is_world()) continue;
-    tie(joint->desc.entity_a.id.index(), joint->desc.entity_b.id.index());
+  for (const TouchingPair& touching : layer.touching) {
+    if (!touching.is_sensor) tie(touching.pair.a.index(), touching.pair.b.index());
   }
   ForEachSpring(scene, tie);
-  std::vector<uint8_t> is_chosen(state.rows());
-  for (const EntityRow row : rows) is_chosen[islands.Find(Index(row))] = true;
+  std::ranges::sort(loose);
+
   std::vector<EntityRow> sleepers;
-  for (uint32_t r = 0; r < state.rows(); ++r) {
-    if (sleeps(r) && is_chosen[islands.Find(r)]) sleepers.push_back(EntityRow{r});
+  std::unordered_set<uint32_t> found;
+  const auto find = [&](uint32_t r) {
+    if (sleeps(r) && found.insert(r).second) sleepers.push_back(EntityRow{r});
+  };
+  for (const EntityRow row : rows) find(Index(row));
+  // Who is found last is at the end of the list.
+  for (size_t i = 0; i < sleepers.size(); ++i) {
+    const uint32_t r = Index(sleepers[i]);
+    layer.lying.VisitOf(state.ids[r], [&](const TouchingPair& touching) {
+      const uint32_t a = touching.pair.a.index(), b = touching.pair.b.index();
+      if (!touching.is_sensor) find(a == r ? b : a);
+    });
+    for (const uint32_t slot : joints.Of(EntityRow{r})) {
+      const JointDesc& joint = scene.joints[slot]->desc;
+      for (const EntityRef& side : {joint.entity_a, joint.entity_b}) {
+        if (!side.is_world()) find(side.id.index());
+      }
+    }
+    for (const auto& tied : std::ranges::equal_range(loose, r, {}, &std::pair<uint32_t, uint32_t>::first)) {
+      find(tied.second);
+    }
   }
+  std::ranges::sort(sleepers);
   return sleepers;
 }
 

@@ -12,9 +12,9 @@
 namespace genphys {
 
 /// Those of the awake dynamic `rows` whose islands (dynamic bodies that touch or are joined) are of bodies that have
-/// all rested long enough, ascending.
-std::vector<EntityRow> RowsToSleep(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                                   const JointIndex& joints, const RowSet& active, const LayerState& layer);
+/// all rested long enough, ascending. `places` is for its own use.
+std::vector<EntityRow> RowsToSleep(const Scene& scene, const std::vector<EntityRow>& rows, const JointIndex& joints,
+                                   const RowSet& active, const LayerState& layer, RowValues<int>& places);
 
 /// How many groups the awake dynamic `rows` make that touch or are joined; who does neither is a group alone.
 uint32_t CountIslands(const Scene& scene, const LayerState& layer, const JointIndex& joints,
@@ -28,6 +28,6 @@ void ReportMoving(const Scene& scene, const StateArrays& state, const std::vecto
 /// Every sleeping dynamic body that is among `rows`, or that one of them that sleeps reaches through sleepers that
 /// touch or are joined, ascending.
 std::vector<EntityRow> SleepingIslands(const Scene& scene, const StateArrays& state, const LayerState& layer,
-                                       std::span<const EntityRow> rows);
+                                       const JointIndex& joints, std::span<const EntityRow> rows);
 
 }  // namespace genphys

@@ -54,7 +54,7 @@ void StepRun::Report() {
   std::inplace_merge(rows_.begin(), rows_.begin() + in_engine, rows_.end());
   AdvanceRests(world_.scene_, state_, rows_, scratch_.pushed, step_size_, layer);
   const std::vector<EntityRow> sleepers =
-      RowsToSleep(world_.scene_, state_, rows_, world_.joint_index_, world_.active_, layer);
+      RowsToSleep(world_.scene_, rows_, world_.joint_index_, world_.active_, layer, scratch_.places);
   world_.RememberTouches(sleepers);
   for (EntityRow row : sleepers) {
     PutToSleep(row);

@@ -14,7 +14,7 @@ StepUndo::StepUndo(World& world)
       last_substep_(world.layer_.last_substep),
       is_settled_(world.is_settled_),
       contacts_stale_(world.contacts_stale_),
-      is_stirred_(world.is_stirred_) {
+      stirred_rows_(world.stirred_) {
   world.undo_ = this;
 }
 
@@ -65,8 +65,9 @@ void StepUndo::Undo() {
   world_.aftermath_ = {};
   if (had_engine) has_solved_ ? world_.RebuildEngine() : FindContacts();
   world_.is_settled_ = is_settled_;
-  // It only says that somebody is to be looked for.
-  world_.is_stirred_ = world_.is_stirred_ || is_stirred_;
+  // They are only to be looked for.
+  world_.stirred_.Add(stirred_rows_);
+  world_.is_stirred_ = true;
 }
 
 void StepUndo::PutBack(const Row& saved) {
@@ -108,9 +109,7 @@ void StepUndo::LayStirred() {
   std::ranges::sort(stirred_);
   LayerState& layer = world_.layer_;
   std::erase_if(layer.touching, [&](const TouchingPair& pair) { return std::ranges::binary_search(stirred_, pair); });
-  const auto lying = static_cast<std::ptrdiff_t>(layer.lying.size());
-  layer.lying.insert(layer.lying.end(), stirred_.begin(), stirred_.end());
-  std::inplace_merge(layer.lying.begin(), layer.lying.begin() + lying, layer.lying.end());
+  for (const TouchingPair& pair : stirred_) layer.lying.Insert(pair);
 }
 
 }  // namespace genphys

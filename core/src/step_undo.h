@@ -67,7 +67,7 @@ class StepUndo {
   bool has_lost_contacts_ = false;
   bool is_settled_;
   bool contacts_stale_;
-  bool is_stirred_;
+  RowSet stirred_rows_;
 };
 
 }  // namespace genphys

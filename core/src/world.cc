@@ -46,16 +46,6 @@ Status CheckWorld(const WorldDesc& desc) {
   return WithFieldPrefix(CheckAutoDisable(desc.default_auto_disable), "defaults.auto_disable");
 }
 
-// Moves the pairs of which `is_chosen` from one list to another. Both are ascending and stay so. Shows them to `undo`.
-template <typename IsChosen>
-void MoveChosen(std::vector<TouchingPair>& from, std::vector<TouchingPair>& to, StepUndo* undo, IsChosen is_chosen) {
-  const auto old_size = static_cast<std::ptrdiff_t>(to.size());
-  std::copy_if(from.begin(), from.end(), std::back_inserter(to), is_chosen);
-  if (undo != nullptr) undo->Stirred(std::span(to).subspan(static_cast<size_t>(old_size)));
-  std::erase_if(from, is_chosen);
-  std::inplace_merge(to.begin(), to.begin() + old_size, to.end());
-}
-
 // A refusal inside the commands that a new world starts with, told by the field of the world that led to it.
 Status AboutWorld(const Status& status) {
   const std::optional<Refusal> refusal = RefusalOf(status);
@@ -283,21 +273,35 @@ void World::SetActive(EntityRow row, bool is_active) {
     active_.Remove(Index(row));
     --active_count_;
   }
-  is_stirred_ = is_stirred_ || is_active;
+  if (!is_active) return;
+  stirred_.Add(Index(row));
+  is_stirred_ = true;
 }
 
 // Takes up again who touches somebody that is active.
 void World::StirLying() {
   if (!std::exchange(is_stirred_, false)) return;
-  MoveChosen(layer_.lying, layer_.touching, undo_, [&](const TouchingPair& touching) {
-    return active_[touching.pair.a.index()] || active_[touching.pair.b.index()];
+  std::vector<TouchingPair> taken;
+  stirred_.ForEach([&](uint32_t row) {
+    if (!active_[row]) return;
+    const size_t first = taken.size();
+    layer_.lying.VisitOf(state_.ids[row], [&](const TouchingPair& touching) { taken.push_back(touching); });
+    for (size_t i = first; i < taken.size(); ++i) layer_.lying.Erase(taken[i]);
   });
+  stirred_.Clear();
+  std::ranges::sort(taken);
+  if (undo_ != nullptr) undo_->Stirred(taken);
+  const auto old_size = static_cast<std::ptrdiff_t>(layer_.touching.size());
+  layer_.touching.insert(layer_.touching.end(), taken.begin(), taken.end());
+  std::inplace_merge(layer_.touching.begin(), layer_.touching.begin() + old_size, layer_.touching.end());
 }
 
 // Lays aside who touches but moves no more.
 void World::LayLying() {
-  MoveChosen(layer_.touching, layer_.lying, nullptr, [&](const TouchingPair& touching) {
-    return !active_[touching.pair.a.index()] && !active_[touching.pair.b.index()];
+  std::erase_if(layer_.touching, [&](const TouchingPair& touching) {
+    if (active_[touching.pair.a.index()] || active_[touching.pair.b.index()]) return false;
+    layer_.lying.Insert(touching);
+    return true;
   });
 }
 

@@ -85,16 +85,21 @@ void World::EndTouches() {
     return is_detached(touching.pair.a) || is_detached(touching.pair.b);
   };
   std::vector<TouchingPair> ended;
-  for (std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
-    for (const TouchingPair& touching : *pairs) {
-      const auto& [a, b] = touching.pair;
-      if (left(a)) wake(b);
-      if (left(b)) wake(a);
-      if (is_over(touching)) ended.push_back(touching);
-    }
-    if (!ended.empty()) std::erase_if(*pairs, is_over);
-  }
+  const auto leave = [&](const TouchingPair& touching) {
+    const auto& [a, b] = touching.pair;
+    if (left(a)) wake(b);
+    if (left(b)) wake(a);
+    if (is_over(touching)) ended.push_back(touching);
+  };
+  for (const EntityId id : aftermath_.displaced) layer_.lying.VisitOf(id, leave);
+  for (const TouchingPair& touching : ended) layer_.lying.Erase(touching);
+  const size_t lying = ended.size();
+  for (const TouchingPair& touching : layer_.touching) leave(touching);
+  if (ended.size() > lying) std::erase_if(layer_.touching, is_over);
   std::ranges::sort(ended);
+  // Of two that both left, each was looked for.
+  const auto twice = std::ranges::unique(ended);
+  ended.erase(twice.begin(), twice.end());
   for (const TouchingPair& touching : ended) RecordEnd(touching);
 }
 
@@ -129,7 +134,8 @@ void World::DropSamples() {
 
 void World::WakeStirred() {
   if (aftermath_.stirred.empty()) return;
-  for (const EntityRow sleeper : SleepingIslands(scene_, state_, layer_, aftermath_.stirred)) Wake(sleeper);
+  for (const EntityRow sleeper : SleepingIslands(scene_, state_, layer_, joint_index_, aftermath_.stirred))
+    Wake(sleeper);
   aftermath_.stirred.clear();
 }
 

@@ -237,16 +237,16 @@ Result<std::vector<ClosestPoints>> World::MeasureDistances(std::span<const Entit
 Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
   GENPHYS_RETURN_IF_ERROR(CheckId(id, "entity_id"));
   std::vector<EntityContact> contacts;
-  for (const std::vector<TouchingPair>* pairs : {&layer_.touching, &layer_.lying}) {
-    for (const TouchingPair& touching : *pairs) {
-      if (touching.pair.a != id && touching.pair.b != id) continue;
-      EntityContact contact{touching.pair.a == id ? touching.pair.b : touching.pair.a, touching.is_sensor, {}};
-      AddSolvedPoints(touching.pair, contact.points);
-      if (contact.points.empty()) AddLastPoints(touching.pair, contact.points);
-      if (contact.points.empty()) AddLyingPoints(touching.pair, contact.points);
-      contacts.push_back(std::move(contact));
-    }
-  }
+  const auto add = [&](const TouchingPair& touching) {
+    if (touching.pair.a != id && touching.pair.b != id) return;
+    EntityContact contact{touching.pair.a == id ? touching.pair.b : touching.pair.a, touching.is_sensor, {}};
+    AddSolvedPoints(touching.pair, contact.points);
+    if (contact.points.empty()) AddLastPoints(touching.pair, contact.points);
+    if (contact.points.empty()) AddLyingPoints(touching.pair, contact.points);
+    contacts.push_back(std::move(contact));
+  };
+  for (const TouchingPair& touching : layer_.touching) add(touching);
+  layer_.lying.VisitOf(id, add);
   std::sort(contacts.begin(), contacts.end(), [](const EntityContact& a, const EntityContact& b) {
     return std::tie(a.other, a.is_sensor) < std::tie(b.other, b.is_sensor);
   });

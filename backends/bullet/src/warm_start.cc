@@ -49,15 +49,53 @@ PointImpulse TakeImpulseAt(const Vector3& place, PairMemory& memory) {
 
 }  // namespace
 
+void RestingPairs::Put(const PairMemory& memory) {
+  auto slot = static_cast<uint32_t>(slots_.size());
+  if (free_.empty()) {
+    slots_.push_back(memory);
+  } else {
+    slot = free_.back();
+    free_.pop_back();
+    slots_[slot] = memory;
+  }
+  // Who carries all the others has no list, for it would have to be looked through for each of them.
+  for (const PlacedGeometry* side : {memory.a, memory.b}) {
+    if (side->body->motion_type == MotionType::kDynamic) slots_of_[side->body].push_back(slot);
+  }
+}
+
+void RestingPairs::TakeOf(const Body* body, std::vector<PairMemory>& out) {
+  const auto own = slots_of_.find(body);
+  if (own == slots_of_.end()) return;
+  for (const uint32_t slot : std::vector<uint32_t>(own->second)) {
+    out.push_back(slots_[slot]);
+    Free(slot);
+  }
+}
+
+void RestingPairs::Free(uint32_t slot) {
+  for (const PlacedGeometry* side : {slots_[slot].a, slots_[slot].b}) {
+    const auto own = slots_of_.find(side->body);
+    if (own == slots_of_.end()) continue;
+    std::erase(own->second, slot);
+    if (own->second.empty()) slots_of_.erase(own);
+  }
+  slots_[slot] = {};
+  free_.push_back(slot);
+}
+
+void RestingPairs::ForgetRemoved() {
+  for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
+    if (slots_[slot].a != nullptr && IsOfRemoved(slots_[slot])) Free(slot);
+  }
+}
+
 void WarmStart::Begin() {
   pairs_.swap(before_);
   pairs_.clear();
   next_before_ = 0;
-  if (!std::exchange(has_woken_, false)) return;
-  const auto is_resting = [](const PairMemory& memory) { return IsResting(memory); };
-  const auto woken = std::partition(resting_.begin(), resting_.end(), is_resting);
-  before_.insert(before_.end(), woken, resting_.end());
-  resting_.erase(woken, resting_.end());
+  if (woken_.empty()) return;
+  for (const Body* body : std::exchange(woken_, {})) resting_.TakeOf(body, before_);
   std::sort(before_.begin(), before_.end(), [](const auto& x, const auto& y) { return ComesBefore(x, y); });
 }
 
@@ -89,11 +127,12 @@ void WarmStart::End() {
 }
 
 void WarmStart::PassOver(const PairMemory& memory) {
-  if (IsResting(memory)) resting_.push_back(memory);
+  if (IsResting(memory)) resting_.Put(memory);
 }
 
 void WarmStart::ForgetRemoved() {
-  for (std::vector<PairMemory>* list : {&pairs_, &resting_}) std::erase_if(*list, IsOfRemoved);
+  std::erase_if(pairs_, IsOfRemoved);
+  resting_.ForgetRemoved();
 }
 
 double WarmStart::ScaleTo(double step_size) {
@@ -103,11 +142,11 @@ double WarmStart::ScaleTo(double step_size) {
 
 void WarmStart::Save(std::string& bytes) const {
   std::vector<const PairMemory*> all;
-  for (const std::vector<PairMemory>* list : {&pairs_, &resting_}) {
-    for (const PairMemory& memory : *list) {
-      if (!IsOfRemoved(memory)) all.push_back(&memory);
-    }
-  }
+  const auto add = [&](const PairMemory& memory) {
+    if (!IsOfRemoved(memory)) all.push_back(&memory);
+  };
+  for (const PairMemory& memory : pairs_) add(memory);
+  resting_.ForEach(add);
   std::sort(all.begin(), all.end(), [](const auto* x, const auto* y) { return ComesBefore(*x, *y); });
   Append(step_size_, bytes);
   Append(static_cast<uint64_t>(all.size()), bytes);

@@ -1,6 +1,7 @@
 #pragma once
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
@@ -35,6 +36,31 @@ struct PairMemory {
   PerPoint<PointImpulse> impulses;
 };
 
+/// What is remembered of pairs that nobody looks at, since neither side moves: found by their dynamic bodies, so that
+/// those of a body that is woken cost by how many it has.
+class RestingPairs {
+ public:
+  void Put(const PairMemory& memory);
+  /// Appends those of `body` to `out`.
+  void TakeOf(const Body* body, std::vector<PairMemory>& out);
+  void ForgetRemoved();
+  size_t size() const { return slots_.size() - free_.size(); }
+
+  template <typename Visit>
+  void ForEach(Visit&& visit) const {
+    for (const PairMemory& memory : slots_) {
+      if (memory.a != nullptr) visit(memory);
+    }
+  }
+
+ private:
+  void Free(uint32_t slot);
+
+  std::vector<PairMemory> slots_;  // of a free one both sides are null
+  std::vector<uint32_t> free_;
+  std::unordered_map<const Body*, std::vector<uint32_t>> slots_of_;
+};
+
 /// The impulses by which contacts are recognised from step to step: all that this adapter remembers.
 class WarmStart {
  public:
@@ -48,7 +74,7 @@ class WarmStart {
   void End();
 
   /// Tells that a body moves again.
-  void Wake() { has_woken_ = true; }
+  void Wake(const Body* body) { woken_.push_back(body); }
 
   /// Forgets the pairs of bodies that were removed. They must still be there.
   void ForgetRemoved();
@@ -67,8 +93,8 @@ class WarmStart {
 
   std::vector<PairMemory> pairs_;
   std::vector<PairMemory> before_;
-  std::vector<PairMemory> resting_;  // in no order
-  bool has_woken_ = false;
+  RestingPairs resting_;
+  std::vector<const Body*> woken_;
   size_t next_before_ = 0;
   double step_size_ = 0;  // s, of the last solve; zero before the first
 };

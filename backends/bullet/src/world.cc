@@ -54,8 +54,10 @@ void World::ForgetRemoved() {
 }
 
 void World::SetActive(std::span<const EntityRow> rows, bool active) {
-  for (const EntityRow row : rows) body(row).is_active = active;
-  if (active) warm_start_.Wake();
+  for (const EntityRow row : rows) {
+    body(row).is_active = active;
+    if (active) warm_start_.Wake(&body(row));
+  }
 }
 
 void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {

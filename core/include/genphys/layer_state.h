@@ -9,6 +9,7 @@
 #include "genphys/force_field.h"
 #include "genphys/ids.h"
 #include "genphys/joint.h"
+#include "genphys/pair_set.h"
 
 namespace genphys {
 
@@ -50,14 +51,6 @@ struct SampledForce {
   EntityId id;
   Vector3 force = Vector3::Zero();   // N
   Vector3 torque = Vector3::Zero();  // N*m
-};
-
-/// Two entities that touch, or a sensor and its visitor.
-struct TouchingPair {
-  EntityPair pair;
-  bool is_sensor = false;
-  bool a_is_sensor = false;  // which of the two carries the sensor
-  auto operator<=>(const TouchingPair&) const = default;
 };
 
 /// How somebody who fell asleep was held by another entity at its last solve.
@@ -125,7 +118,7 @@ struct LayerState {
   std::vector<uint8_t> faulted;         // left the bounds and was disabled, by row
   // Ascending both. Pairs of which somebody is active are in the first, so that the second one costs nothing.
   std::vector<TouchingPair> touching;
-  std::vector<TouchingPair> lying;
+  PairSet lying;
   std::vector<PendingForce> forces;  // in order of command
   std::map<EntityId, Passage> passages;
   IdAllocator joint_ids;

@@ -266,7 +266,8 @@ class World {
     std::vector<EntityId> unsampled;       // nor does what is left of sampled ones
   };
   Aftermath aftermath_;
-  bool is_stirred_ = false;     // somebody of whom LayerState::lying tells may be active
+  RowSet stirred_;              // of whom LayerState::lying may tell, though they are active
+  bool is_stirred_ = false;     // whether there are any
   bool contacts_stale_ = true;  // something moved, came or changed since the last Collide()
   uint64_t changes_ = 0;
   bool is_settled_ = false;  // no impact is left of the step before, and no command came since
