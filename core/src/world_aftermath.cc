@@ -65,7 +65,7 @@ void World::SettleAftermath() {
   EndTouches();
   DropForces();
   DropSamples();
-  if (!aftermath_.pushed.empty() && HasPushedSpring()) WakeAll();
+  if (!aftermath_.pushed.empty()) WakeSprung();
   if (!aftermath_.deleted.empty()) EndFieldsOfDeleted();
   WakeStirred();
   aftermath_.displaced.clear();

@@ -1,8 +1,10 @@
 // How commands change the force fields of a world. All were validated before, so nothing here can fail.
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <utility>
 
+#include "genphys/bounds.h"
 #include "genphys/world.h"
 
 namespace genphys {
@@ -42,37 +44,59 @@ void World::UpdateField(const UpdateForceField& command) {
 }
 
 void World::DeleteField(ForceFieldId id) {
-  const EntityPair pair = PairOf(scene_.force_fields[id]);
-  scene_.force_fields.erase(id);
-  RestartAll();
-  WakeAll();
-  if (scene_.world.recorded_events.changes) Record(ForceFieldDeleted{id, pair});
+  const auto entry = scene_.force_fields.find(id);
+  const ForceField gone = std::move(entry->second);
+  scene_.force_fields.erase(entry);
+  Disturb(gone);
+  if (scene_.world.recorded_events.changes) Record(ForceFieldDeleted{id, PairOf(gone)});
 }
 
 void World::SetField(ForceFieldId id, ForceField field) {
   std::sort(field.entities.begin(), field.entities.end());
   if (auto* fluid = std::get_if<BuoyancyField>(&field.kind)) fluid->surface_normal.normalize();
-  scene_.force_fields[id] = std::move(field);
-  RestartAll();
-  WakeAll();
+  const auto before = scene_.force_fields.find(id);
+  if (before != scene_.force_fields.end()) Disturb(before->second);
+  Disturb(scene_.force_fields[id] = std::move(field));
 }
 
-// Forces that came or went change from now on, not from the middle of the last substep on.
-void World::RestartAll() {
-  for (HalfStep& half : layer_.half_steps) half.Restart();
+// On whom the field acts: forces that came or went change from now on, not from the middle of the last substep on, and
+// nobody sleeps through that.
+void World::Disturb(const ForceField& field) {
+  if (const auto* spring = std::get_if<SpringField>(&field.kind)) return DisturbAll(std::array{spring->a, spring->b});
+  if (!field.entities.empty()) return DisturbAll(field.entities);
+  active_.ForEach([&](uint32_t row) { layer_.half_steps[row].Restart(); });
+  if (!field.region) return WakeAll();
+  const Bounds region{field.region->corner.cwiseMin(field.region->opposite_corner),
+                      field.region->corner.cwiseMax(field.region->opposite_corner)};
+  for (uint32_t row = 0; row < state_.rows(); ++row) {
+    if (!state_.asleep[row]) continue;
+    const Vector3 center = state_.pose(EntityRow{row}).Transform(scene_.entities[row]->mass.center_of_mass);
+    if (region.Contains({center, center})) WakeIslandOf(EntityRow{row});
+  }
 }
 
-bool World::HasPushedSpring() const {
+void World::DisturbAll(std::span<const EntityId> ids) {
+  for (const EntityId id : ids) {
+    if (id.is_null() || state_.ids[id.index()] != id) continue;
+    layer_.half_steps[id.index()].Restart();
+    WakeIslandOf(EntityRow{id.index()});
+  }
+}
+
+// At either end of a spring of which one was pushed or put elsewhere.
+void World::WakeSprung() {
   const auto was_pushed = [&](EntityId id) { return std::ranges::binary_search(aftermath_.pushed, id); };
-  return std::ranges::any_of(scene_.force_fields, [&](const auto& entry) {
-    const auto* spring = std::get_if<SpringField>(&entry.second.kind);
-    return spring != nullptr && (was_pushed(spring->a) || was_pushed(spring->b));
-  });
+  for (const auto& [id, field] : scene_.force_fields) {
+    const auto* spring = std::get_if<SpringField>(&field.kind);
+    if (spring == nullptr || !(was_pushed(spring->a) || was_pushed(spring->b))) continue;
+    for (const EntityId end : {spring->a, spring->b}) {
+      if (!end.is_null() && state_.ids[end.index()] == end) WakeIslandOf(EntityRow{end.index()});
+    }
+  }
 }
 
 void World::EndFieldsOfDeleted() {
   const auto is_gone = [&](EntityId id) { return std::ranges::binary_search(aftermath_.deleted, id); };
-  bool any_lost = false, any_spring = false;
   for (auto entry = scene_.force_fields.begin(); entry != scene_.force_fields.end();) {
     ForceField& field = entry->second;
     const auto* spring = std::get_if<SpringField>(&field.kind);
@@ -80,16 +104,13 @@ void World::EndFieldsOfDeleted() {
     const bool has_lost = std::erase_if(field.entities, is_gone) > 0;
     // With the last of those that a field acted on gone it must not act on all.
     const bool is_over = is_loose || (has_lost && field.entities.empty());
-    any_lost = any_lost || is_over || has_lost;
-    any_spring = any_spring || is_loose;
+    if (is_loose) Disturb(field);
     if (scene_.world.recorded_events.changes && (is_over || has_lost)) {
       Record(is_over ? EventKind(ForceFieldDeleted{entry->first, PairOf(field)})
                      : Told<ForceFieldUpdated>(entry->first, field));
     }
     entry = is_over ? scene_.force_fields.erase(entry) : std::next(entry);
   }
-  if (any_lost) RestartAll();
-  if (any_spring) WakeAll();
 }
 
 }  // namespace genphys

@@ -1,4 +1,5 @@
 // Forces that act on until they are deleted: the layer's own, so the same on every engine.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -335,6 +336,48 @@ TEST_P(ForceFields, WakeWhomTheyMayMove) {
   EXPECT_TRUE(Asleep(*world, crate));
 }
 
+TEST_P(ForceFields, WakeNobodyOnWhomTheyDoNotAct) {
+  Proves({Claim::kUniformField, Claim::kSpringField});
+  const auto world = MakeWorld();
+  const EntityId named = Add(*world, Crate({0, 0, 0.5})), tied = Add(*world, Crate({10, 0, 0.5}));
+  const EntityId here = Add(*world, Crate({20, 0, 0.5})), there = Add(*world, Crate({30, 0, 0.5}));
+  const EntityId other = Add(*world, Crate({40, 0, 0.5}));
+  const std::vector<EntityId> all{named, tied, here, there, other};
+  const auto sleep = [&] {
+    Steps(*world, 200);
+    for (const EntityId id : all) ASSERT_TRUE(Asleep(*world, id));
+  };
+  const auto expect_awake = [&](const std::vector<EntityId>& awake) {
+    for (const EntityId id : all) EXPECT_EQ(!Asleep(*world, id), std::ranges::count(awake, id) > 0);
+    sleep();
+  };
+  sleep();
+  // They act, but move nobody.
+  const UniformField push{.force = {1e-9, 0, 0}};
+  const auto around = [](double x) { return Region{{x - 1, -1, 0}, {x + 1, 1, 1}}; };
+  const ForceFieldId on_named = AddField(*world, {push, {named}});
+  expect_awake({named});
+  const ForceFieldId in_region = AddField(*world, {push, {}, around(20)});
+  expect_awake({here});
+  const SpringField spring{.a = tied, .point_in_b = {10, 0, 5}, .rest_length = 4.5, .stiffness = 1};
+  const ForceFieldId between = AddField(*world, {spring});
+  expect_awake({tied});
+
+  Do(*world, UpdateForceField{on_named, {push, {named, other}}});
+  expect_awake({named, other});
+  Do(*world, UpdateForceField{in_region, {push, {}, around(30)}});
+  expect_awake({here, there});
+  Do(*world, UpdateForceField{between, {spring}});
+  expect_awake({tied});
+
+  Do(*world, DeleteForceField{on_named});
+  expect_awake({named, other});
+  Do(*world, DeleteForceField{in_region});
+  expect_awake({there});
+  Do(*world, DeleteForceField{between});
+  expect_awake({tied});
+}
+
 TEST_P(ForceFields, WhatASpringTiesSleepsAndWakesTogether) {
   Proves({Claim::kSpringField});
   const auto world = MakeWorld();
@@ -346,6 +389,21 @@ TEST_P(ForceFields, WhatASpringTiesSleepsAndWakesTogether) {
   Do(*world, ApplyImpulse{.id = a, .linear = {-3, 0, 0}});
 
   EXPECT_FALSE(Asleep(*world, b));
+}
+
+TEST_P(ForceFields, WhoIsLeftOfASpringWakesAndNobodyElse) {
+  Proves({Claim::kSpringField});
+  const auto world = MakeWorld();
+  const EntityId a = Add(*world, Crate({0, 0, 0.5})), b = Add(*world, Crate({4, 0, 0.5}));
+  const EntityId other = Add(*world, Crate({9, 0, 0.5}));
+  AddField(*world, {SpringField{.a = a, .b = b, .rest_length = 4, .stiffness = 10}});
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, a) && Asleep(*world, b) && Asleep(*world, other));
+
+  Do(*world, DeleteEntity{a});
+
+  EXPECT_FALSE(Asleep(*world, b));
+  EXPECT_TRUE(Asleep(*world, other));
 }
 
 TEST_P(ForceFields, StayWhenTheEngineChanges) {

@@ -203,6 +203,37 @@ TEST_P(Sleeping, AHitWakesTheWholeIslandAndEndsNoContact) {
   EXPECT_EQ(woke, met);
 }
 
+TEST_P(Sleeping, WhoWakesIsTiedToWhoIsWokenByContactsJointsOrSprings) {
+  const auto world = MakeWorld();
+  Require(*world, Feature::kJointBall);
+  // Two stand on each other, a joint ties the third, a spring the fourth; two more share the floor only.
+  const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
+  const EntityId joined = Add(*world, Crate({3, 0, 0.5})), sprung = Add(*world, Crate({6, 0, 0.5}));
+  const EntityId near = Add(*world, Crate({0, 3, 0.5})), far = Add(*world, Crate({0, 30, 0.5}));
+  JointDesc joint;
+  joint.kind = BallJoint{};
+  joint.entity_a.id = high;
+  joint.entity_b.id = joined;
+  joint.frame_in_a = Pose{.position = {1.5, 0, -0.5}};
+  joint.frame_in_b = Pose{.position = {-1.5, 0, 0.5}};
+  Do(*world, CreateJoint{joint});
+  ForceField spring;
+  spring.kind = SpringField{.a = joined, .b = sprung, .rest_length = 3, .stiffness = 1};
+  Do(*world, CreateForceField{spring});
+  const std::vector<EntityId> all{low, high, joined, sprung, near, far}, island{low, high, joined, sprung};
+  for (const EntityId woken : all) {
+    Steps(*world, 200);
+    for (const EntityId id : all) ASSERT_TRUE(Asleep(*world, id));
+    Do(*world, ApplyImpulse{.id = woken, .linear = {0, 0, 1e-3}});
+    Steps(*world, 1);
+    const bool is_tied = std::ranges::count(island, woken) > 0;
+    for (const EntityId id : all) {
+      const bool is_in_island = std::ranges::count(island, id) > 0;
+      EXPECT_EQ(!Asleep(*world, id), id == woken || (is_tied && is_in_island));
+    }
+  }
+}
+
 TEST_P(Sleeping, ASleeperTakesAllOfABlow) {
   // Wherever within its step the other one reaches it: one of equal mass that bounces fully stops, and it goes on.
   for (int i = 0; i < 20; ++i) {

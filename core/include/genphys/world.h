@@ -185,8 +185,9 @@ class World {
   void DeleteField(ForceFieldId id);
   void SetField(ForceFieldId id, ForceField field);
   void EndFieldsOfDeleted();
-  bool HasPushedSpring() const;
-  void RestartAll();
+  void Disturb(const ForceField& field);
+  void DisturbAll(std::span<const EntityId> ids);
+  void WakeSprung();
 
   // Joints (world_joints.cc).
   JointId Join(JointDesc joint);
