@@ -1,4 +1,4 @@
-// What it costs that a sleeping pile wakes.
+// What it costs that a sleeping pile wakes, and one of many who sleep.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +18,8 @@ namespace genphys::bench {
 namespace {
 
 constexpr PileOptions kPile{.row = 5, .layers = 4};  // of 100 boxes
+constexpr int kRowOfMany = 100;                      // boxes, of as many rows
+constexpr double kGap = 1;                           // m, between them
 // Bar: the step of contact may cost so many times a later one.
 constexpr double kRatioMax = 2;
 // Later steps that it is compared with: as many as come before anybody may sleep again.
@@ -44,6 +46,22 @@ EntityDesc BallAt(const Vector3& target, Dice& dice) {
   return client::Body(
       Sphere{.radius = 0.3},
       {.position = target - kDistance * way, .mass = 2, .linear_velocity = kSpeed * way + Vector3(0, 0, kLift)});
+}
+
+// From above, onto its middle.
+EntityDesc BallOnto(const EntityDesc& box) {
+  return client::Body(
+      Sphere{.radius = 0.3},
+      {.position = box.pose.position + Vector3(0, 0, 4), .mass = 1, .linear_velocity = Vector3(0, 0, -10)});
+}
+
+// Boxes that stand on the floor and touch nobody else.
+std::vector<EntityDesc> ManyBoxes() {
+  std::vector<EntityDesc> boxes;
+  for (int i = 0; i < kRowOfMany * kRowOfMany; ++i) {
+    boxes.push_back(BoxOf({(1 + kGap) * (i % kRowOfMany), (1 + kGap) * (i / kRowOfMany), 0.5}));
+  }
+  return boxes;
 }
 
 Vector3 MiddleOf(const std::vector<EntityDesc>& bodies) {
@@ -85,6 +103,12 @@ class Hit {
 
   StepStats Explain() { return local_.Explain(); }
 
+  // All as before, but for where they are.
+  void Rest() {
+    local_.Apply(DeleteEntity{ball_});
+    local_.AwaitSleep(boxes_);
+  }
+
  private:
   double TimedStep() {
     const double begin = ProcessorTime();
@@ -121,42 +145,78 @@ std::vector<double> Each(const std::vector<Trial>& trials, Value value) {
   return values;
 }
 
+std::vector<double> RatiosOf(const std::vector<Trial>& trials) {
+  return Each(trials, [](const Trial& trial) { return trial.contact / trial.after; });
+}
+
+std::vector<double> DearerRatiosOf(const std::vector<Trial>& trials) {
+  return Each(trials, [](const Trial& trial) { return std::max(trial.contact, trial.next) / trial.after; });
+}
+
+struct Trials {
+  std::vector<Trial> all;
+  StepStats lanes;  // after the last one
+};
+
+Trials HitPiles(const Bench& bench) {
+  const std::vector<EntityDesc> pile = Settled(bench.registry, bench.engine, PileOf(kPile));
+  Dice dice(1);
+  Trials trials;
+  for (int i = 0; i < bench.plan.trials; ++i) {
+    Hit hit(bench, pile);
+    trials.all.push_back(hit.Take(BallAt(MiddleOf(pile), dice)));
+    trials.lanes = hit.Explain();
+  }
+  return trials;
+}
+
+// A stride that is prime to their number, so that each hit is elsewhere.
+Trials HitOnesOfMany(const Bench& bench) {
+  constexpr size_t kStride = 3571;
+  const std::vector<EntityDesc> boxes = ManyBoxes();
+  Hit hit(bench, boxes);
+  Trials trials;
+  for (size_t i = 0; i < static_cast<size_t>(bench.plan.trials); ++i) {
+    trials.all.push_back(hit.Take(BallOnto(boxes[kStride * (i + 1) % boxes.size()])));
+    trials.lanes = hit.Explain();
+    hit.Rest();
+  }
+  return trials;
+}
+
+void AddTo(Outcome& outcome, const std::string& series, size_t bodies, const Trials& trials) {
+  const auto cost = [&](const std::string& name, double Trial::*part) {
+    return Cost{.series = name + series,
+                .name = name + series,
+                .size = static_cast<double>(bodies),
+                .step = SpreadOf(Each(trials.all, [part](const Trial& trial) { return trial.*part; }))};
+  };
+  outcome.costs.push_back(cost("asleep, the ball flies", &Trial::before));
+  outcome.costs.push_back(cost("step of contact", &Trial::contact));
+  outcome.costs.push_back(cost("later steps", &Trial::after));
+  outcome.costs.back().lanes = trials.lanes;
+  const Spread woken = SpreadOf(Each(trials.all, [](const Trial& trial) { return static_cast<double>(trial.woken); }));
+  std::fprintf(stderr, "%s woken%s: %zu trials, %.0f of %zu boxes woke\n", outcome.engine.c_str(), series.c_str(),
+               trials.all.size(), woken.median, bodies);
+  outcome.figures.push_back({.name = "step of contact / later steps" + series,
+                             .value = SpreadOf(RatiosOf(trials.all)),
+                             .at_most = kRatioMax});
+  outcome.figures.push_back({.name = "dearer one of that step and the next / later steps" + series,
+                             .value = SpreadOf(DearerRatiosOf(trials.all)),
+                             .at_most = kRatioMax});
+  outcome.figures.push_back(
+      {.name = "woken in the step of contact" + series, .unit = "boxes", .value = woken, .at_least = 1});
+  outcome.others =
+      std::max(outcome.others, std::ranges::max(Each(trials.all, [](const Trial& t) { return t.others; })));
+}
+
 }  // namespace
 
 Outcome MeasureWoken(const Bench& bench) {
-  const std::vector<EntityDesc> pile = Settled(bench.registry, bench.engine, PileOf(kPile));
-  Dice dice(1);
-  std::vector<Trial> trials;
-  std::optional<StepStats> lanes;
-  for (int i = 0; i < bench.plan.trials; ++i) {
-    Hit hit(bench, pile);
-    trials.push_back(hit.Take(BallAt(MiddleOf(pile), dice)));
-    lanes = hit.Explain();
-  }
-  const Spread woken = SpreadOf(Each(trials, [](const Trial& trial) { return static_cast<double>(trial.woken); }));
-  std::fprintf(stderr, "%s woken: %d trials, %.0f of %zu boxes woke\n", bench.engine.c_str(), bench.plan.trials,
-               woken.median, pile.size());
-  const auto size = static_cast<double>(pile.size());
-  const auto cost = [&](const std::string& name, double Trial::*part) {
-    return Cost{.series = name, .name = name, .size = size, .step = SpreadOf(Each(trials, [part](const Trial& trial) {
-                                                              return trial.*part;
-                                                            }))};
-  };
   Outcome outcome{
       .scene = "woken", .engine = bench.engine, .rounds = bench.plan.trials, .rounds_taken = bench.plan.trials};
-  outcome.others = std::ranges::max(Each(trials, [](const Trial& trial) { return trial.others; }));
-  outcome.costs = {cost("asleep, the ball flies", &Trial::before), cost("step of contact", &Trial::contact),
-                   cost("later steps", &Trial::after)};
-  outcome.costs.back().lanes = lanes;
-  outcome.figures = {
-      {.name = "step of contact / later steps",
-       .value = SpreadOf(Each(trials, [](const Trial& trial) { return trial.contact / trial.after; })),
-       .at_most = kRatioMax},
-      {.name = "dearer one of that step and the next / later steps",
-       .value =
-           SpreadOf(Each(trials, [](const Trial& trial) { return std::max(trial.contact, trial.next) / trial.after; })),
-       .at_most = kRatioMax},
-      {.name = "woken in the step of contact", .unit = "boxes", .value = woken, .at_least = 1}};
+  AddTo(outcome, "", static_cast<size_t>(kPile.row) * kPile.row * kPile.layers, HitPiles(bench));
+  AddTo(outcome, ", one of many", static_cast<size_t>(kRowOfMany) * kRowOfMany, HitOnesOfMany(bench));
   return outcome;
 }
 
