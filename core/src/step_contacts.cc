@@ -120,7 +120,8 @@ bool StepRun::WakeSwept(std::span<const SweptPair> swept) {
   }
   if (!is_any) return false;
   world_.WakeStirred();
-  CollideAndWake(nullptr);
+  const std::vector<EntityRow> woken = world_.roused_;
+  CollideAndWake(&woken);
   return true;
 }
 

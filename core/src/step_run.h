@@ -47,8 +47,8 @@ class StepRun {
   void CollectRows();
   // Tells the layer where the entity's geometries are.
   void Place(EntityRow row);
-  // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes. Whether it did so
-  // for all pairs in the end.
+  // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes, with what those
+  // touch. Whether pairs of others than `moved` may have changed.
   bool CollideAndWake(const std::vector<EntityRow>* moved);
   bool WakeTouched();
   bool WillTouch(const ContactPair& pair) const;

@@ -185,26 +185,28 @@ void StepRun::Place(EntityRow row) {
 }
 
 bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
-  if (moved != nullptr) {
+  const auto mark_moved = [&](const std::vector<EntityRow>& rows) {
     scratch_.moved.Clear();
-    for (EntityRow row : *moved) scratch_.moved.Mark(row);
-  }
+    for (const EntityRow row : rows) scratch_.moved.Mark(row);
+  };
+  if (moved != nullptr) mark_moved(*moved);
   undo_.LoseContacts();
-  bool is_all_new = false;
+  bool is_all_new = moved == nullptr, is_anybody_woken = false;
   do {
-    is_all_new = moved == nullptr;
     for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_, &world_.roused_}) {
       for (const EntityRow row : *rows) scratch_.tested.Mark(row);
     }
-    if (is_all_new) {
+    if (is_all_new && !is_anybody_woken) {
       world_.near_->Collide(world_.rule_, *world_.engine_, world_.contacts_);
     } else {
       world_.near_->CollideMoved(world_.rule_, *world_.engine_, scratch_.moved, world_.contacts_);
     }
     world_.contacts_stale_ = false;
-    // Who was woken is tested against all.
-    moved = nullptr;
-  } while (WakeTouched());
+    is_anybody_woken = WakeTouched();
+    // Who was woken may touch others, of whom nothing is known yet.
+    if (is_anybody_woken) mark_moved(world_.roused_);
+    is_all_new = is_all_new || is_anybody_woken;
+  } while (is_anybody_woken);
   world_.StirLying();
   // Whoever was woken moves from here on.
   for (const EntityRow row : std::exchange(world_.roused_, {})) {
