@@ -29,8 +29,12 @@ ABOUT = {
     "asleep": "Boxes that lie on the floor and sleep, all of them.",
     "woken": "A ball hits a pile of 100 boxes that sleeps. In the step in which they touch, those that it touched are "
              "awake: that is checked. What that step costs is compared with the 20 steps after it, trial by trial. "
-             "Where they touch late in a step, waking is paid in the next one, so that the dearer of both is told too.",
-    "flyers": "Bodies far from each other, with collision detection on, in our model and in the engine alone.",
+             "Where they touch late in a step, waking is paid in the next one, so that the dearer of both is told too. "
+             "*One of many* is a ball that falls onto one of 10,000 sleeping boxes that touch nobody: what its waking "
+             "costs must not depend on the others.",
+    "flyers": "Bodies far from each other, with collision detection on, in our model and in the engine alone. They go "
+              "apart at up to 3 m/s, each its way, under a gravity that turns round; *falling* ones fall for longer "
+              "and longer, from 20 m/s on.",
     "pile": "The boxes have fallen and rest, but are kept awake. *Equal* is our model with as many substeps and "
             "iterations as the engine alone takes in its defaults. Events and frames are off. The engine alone is "
             "measured in its defaults and set up for speed; the fastest of all counts. On ODE `quick` is what is taken "
