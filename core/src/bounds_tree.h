@@ -106,6 +106,7 @@ class BoundsTree {
     bool is_leaf() const { return height == 0; }
   };
 
+  // Of a distance: far more than what a gap is rounded by.
   static constexpr double kRounding = 1e-12;
 
   // Balance keeps the height below 1.45 log2(leaves), and a walk keeps one node for each level.

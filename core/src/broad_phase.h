@@ -116,7 +116,7 @@ class BroadPhase {
   // neighbours who are none.
   static constexpr uint8_t kAhead = 8, kAheadMost = 64;
 
-  // More than one in so many.
+  // More than one in so many: to look around one takes as long as to go past so many, and past eight of 100,000.
   static constexpr size_t kMost = 4;
 
   struct Proxy {

@@ -10,10 +10,8 @@
 namespace genphys {
 namespace {
 
-bool Holds(const Region& region, const Vector3& point) {
-  const Vector3 low = region.corner.cwiseMin(region.opposite_corner),
-                high = region.corner.cwiseMax(region.opposite_corner);
-  return (point.array() >= low.array()).all() && (point.array() <= high.array()).all();
+Bounds BoundsOf(const Region& region) {
+  return {region.corner.cwiseMin(region.opposite_corner), region.corner.cwiseMax(region.opposite_corner)};
 }
 
 bool Resists(const DragField& drag) { return drag.linear > 0 || drag.quadratic > 0 || drag.angular > 0; }
@@ -29,20 +27,21 @@ double Slowed(double speed, double mass, double linear, double quadratic, double
 
 }  // namespace
 
+void FieldForces::Reach::Add(const ForceField& field) {
+  if (const auto* spring = std::get_if<SpringField>(&field.kind)) {
+    named.insert(named.end(), {spring->a, spring->b});
+  } else if (!field.entities.empty()) {
+    named.insert(named.end(), field.entities.begin(), field.entities.end());
+  } else if (field.region) {
+    regions.push_back(BoundsOf(*field.region));
+  } else {
+    is_everywhere = true;
+  }
+}
+
 FieldForces::Reach FieldForces::reach() const {
   Reach reach;
-  for (const auto& [id, field] : scene_.force_fields) {
-    if (const auto* spring = std::get_if<SpringField>(&field.kind)) {
-      reach.named.insert(reach.named.end(), {spring->a, spring->b});
-    } else if (!field.entities.empty()) {
-      reach.named.insert(reach.named.end(), field.entities.begin(), field.entities.end());
-    } else if (field.region) {
-      const Vector3 &corner = field.region->corner, &opposite = field.region->opposite_corner;
-      reach.regions.push_back(Bounds{corner, corner}.Union({opposite, opposite}));
-    } else {
-      reach.is_everywhere = true;
-    }
-  }
+  for (const auto& [id, field] : scene_.force_fields) reach.Add(field);
   return reach;
 }
 
@@ -55,7 +54,9 @@ bool FieldForces::ActsOn(const ForceField& field, EntityRow row) const {
       !std::binary_search(field.entities.begin(), field.entities.end(), state_.ids[Index(row)])) {
     return false;
   }
-  return !field.region || Holds(*field.region, CenterOf(row));
+  if (!field.region) return true;
+  const Vector3 center = CenterOf(row);
+  return BoundsOf(*field.region).Contains({center, center});
 }
 
 void FieldForces::Add(const std::vector<EntityRow>& rows, double h, RowValues<Wrench>& wrenches) const {

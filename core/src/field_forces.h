@@ -22,6 +22,8 @@ class FieldForces {
     bool is_everywhere = false;   // on all
     std::vector<EntityId> named;  // on these
     std::vector<Bounds> regions;  // on whose centre of mass is in one of them
+
+    void Add(const ForceField& field);
   };
   Reach reach() const;
 

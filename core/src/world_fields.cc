@@ -1,9 +1,9 @@
 // How commands change the force fields of a world. All were validated before, so nothing here can fail.
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <utility>
 
+#include "field_forces.h"
 #include "genphys/bounds.h"
 #include "genphys/world.h"
 
@@ -62,16 +62,16 @@ void World::SetField(ForceFieldId id, ForceField field) {
 // On whom the field acts: forces that came or went change from now on, not from the middle of the last substep on, and
 // nobody sleeps through that.
 void World::Disturb(const ForceField& field) {
-  if (const auto* spring = std::get_if<SpringField>(&field.kind)) return DisturbAll(std::array{spring->a, spring->b});
-  if (!field.entities.empty()) return DisturbAll(field.entities);
+  FieldForces::Reach reach;
+  reach.Add(field);
+  DisturbAll(reach.named);
+  if (!reach.is_everywhere && reach.regions.empty()) return;
   active_.ForEach([&](uint32_t row) { layer_.half_steps[row].Restart(); });
-  if (!field.region) return WakeAll();
-  const Bounds region{field.region->corner.cwiseMin(field.region->opposite_corner),
-                      field.region->corner.cwiseMax(field.region->opposite_corner)};
+  if (reach.is_everywhere) return WakeAll();
   for (uint32_t row = 0; row < state_.rows(); ++row) {
     if (!state_.asleep[row]) continue;
     const Vector3 center = state_.pose(EntityRow{row}).Transform(scene_.entities[row]->mass.center_of_mass);
-    if (region.Contains({center, center})) WakeIslandOf(EntityRow{row});
+    if (reach.regions.front().Contains({center, center})) WakeIslandOf(EntityRow{row});
   }
 }
 

@@ -58,16 +58,16 @@ void RestingPairs::Put(const PairMemory& memory) {
     free_.pop_back();
     slots_[slot] = memory;
   }
-  // Who carries all the others has no list, for it would have to be looked through for each of them.
+  // The floor has no list, which would have to be looked through for each of those on it.
   for (const PlacedGeometry* side : {memory.a, memory.b}) {
-    if (side->body->motion_type == MotionType::kDynamic) slots_of_[side->body].push_back(slot);
+    if (side->body->motion_type != MotionType::kStatic) slots_of_[side->body].push_back(slot);
   }
 }
 
 void RestingPairs::TakeOf(const Body* body, std::vector<PairMemory>& out) {
-  const auto own = slots_of_.find(body);
-  if (own == slots_of_.end()) return;
-  for (const uint32_t slot : std::vector<uint32_t>(own->second)) {
+  const auto own = slots_of_.extract(body);
+  if (own.empty()) return;
+  for (const uint32_t slot : own.mapped()) {
     out.push_back(slots_[slot]);
     Free(slot);
   }

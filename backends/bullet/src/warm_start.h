@@ -36,8 +36,8 @@ struct PairMemory {
   PerPoint<PointImpulse> impulses;
 };
 
-/// What is remembered of pairs that nobody looks at, since neither side moves: found by their dynamic bodies, so that
-/// those of a body that is woken cost by how many it has.
+/// What is remembered of pairs that nobody looks at, since neither side moves: found by those of their bodies that may
+/// be woken, so that such a body costs by how many it has.
 class RestingPairs {
  public:
   void Put(const PairMemory& memory);
