@@ -36,7 +36,6 @@ class PairSet {
   }
 
   size_t size() const { return by_first_.size(); }
-  bool empty() const { return by_first_.empty(); }
   auto begin() const { return by_first_.begin(); }
   auto end() const { return by_first_.end(); }
 
