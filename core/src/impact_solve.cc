@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "disjoint_sets.h"
+#include "settling.h"
 
 namespace genphys {
 namespace {
@@ -16,202 +17,14 @@ constexpr double kSettled = 1e-12;
 // Or once so many in a row did not halve what they change, and that is no more than this part of the first change.
 constexpr int kPatience = 8;
 constexpr double kLittle = 1e-4;
+// So few blows that hit each other are each brought all the way in their turns: of two that take friction from each
+// other, 15 sweeps do what else takes 60. Of more, those turns cost more than the sweeps that they save.
+constexpr size_t kFewBlows = 3;
 // Kinetic energy may grow by rounding only.
 constexpr double kEnergySlack = 1e-12;
-constexpr int kEnergyBisections = 30;
-// A part of what it would give way if nobody held it.
-constexpr double kHeldFast = 1e-3;
-
-using Vector2 = Eigen::Vector2d;
-// Three components and a zero: processors calculate with pairs of numbers.
-using Padded = Eigen::Vector4d;
-
-Padded Pad(const Vector3& v) { return {v.x(), v.y(), v.z(), 0}; }
-
-// Velocities of a body while blows change them, m/s and rad/s.
-struct Speeds {
-  Padded linear;
-  Padded angular;
-};
-
-// What an impulse of one along an axis does to a body that is tied to those that it hits.
-struct Passed {
-  uint32_t body = 0;
-  Padded shift;  // m/s per N*s
-  Padded turn;   // rad/s per N*s
-};
-
-// What the two bodies of a blow do along an axis (from a to b) and what an impulse along it does to them and to those
-// that are tied to them.
-class Along {
- public:
-  // Whom it is passed on to is added to `passed`.
-  Along(const Vector3& axis, const Blow& blow, std::span<const StruckBody> bodies, Ties& ties,
-        std::vector<Passed>& passed)
-      : axis_(Pad(axis)),
-        a_(-axis, blow.position, bodies[blow.body_a]),
-        b_(axis, blow.position, bodies[blow.body_b]),
-        first_passed_(passed.size()),
-        last_passed_(passed.size()) {
-    if (!ties.With(blow.body_a).empty() || !ties.With(blow.body_b).empty()) Tie(axis, blow, ties, passed);
-  }
-
-  // How fast b goes this way against a, m/s.
-  double Rate(const Speeds& a, const Speeds& b) const {
-    return (axis_.cwiseProduct(b.linear - a.linear) + a_.lever.cwiseProduct(a.angular) +
-            b_.lever.cwiseProduct(b.angular))
-        .sum();
-  }
-  void Push(double impulse, Speeds& a, Speeds& b) const {
-    a.linear += impulse * a_.shift;
-    b.linear += impulse * b_.shift;
-    a.angular += impulse * a_.turn;
-    b.angular += impulse * b_.turn;
-  }
-  void PassOn(double impulse, std::span<const Passed> passed, std::span<Speeds> speeds) const {
-    for (const Passed& to : passed.subspan(first_passed_, last_passed_ - first_passed_)) {
-      speeds[to.body].linear += impulse * to.shift;
-      speeds[to.body].angular += impulse * to.turn;
-    }
-  }
-  // Change of the rate per impulse along another axis, 1/kg.
-  double Answer(const Along& to) const {
-    return Rate({.linear = to.a_.shift, .angular = to.a_.turn}, {.linear = to.b_.shift, .angular = to.b_.turn});
-  }
-  // That along this axis, if nobody were tied.
-  double FreeAnswer(const StruckBody& a, const StruckBody& b) const {
-    const auto turned = [](const Side& side, const StruckBody& body) {
-      const Vector3 lever = side.lever.head<3>();
-      return lever.dot(body.inverse_tensor * lever);
-    };
-    return a.inverse_mass + b.inverse_mass + turned(a_, a) + turned(b_, b);
-  }
-
- private:
-  struct Side {
-    Side(const Vector3& push, const Vector3& position, const StruckBody& body)
-        : lever(Pad((position - body.center).cross(push))),
-          shift(Pad(body.inverse_mass * body.freedom.cwiseProduct(push))),
-          turn(Pad(body.inverse_tensor * lever.head<3>())) {}
-
-    Padded lever;  // m
-    Padded shift;  // m/s per N*s
-    Padded turn;   // rad/s per N*s
-  };
-
-  void Tie(const Vector3& axis, const Blow& blow, Ties& ties, std::vector<Passed>& passed) {
-    std::vector<Ties::Push> pushes;
-    const auto push = [&](uint32_t body, const Vector3& linear, Side& side) {
-      if (ties.With(body).empty()) return;
-      pushes.push_back({body, linear, side.lever.head<3>()});
-      side.shift.setZero();
-      side.turn.setZero();
-    };
-    push(blow.body_a, -axis, a_);
-    push(blow.body_b, axis, b_);
-    std::vector<Ties::Change> changes;
-    ties.Pass(pushes, changes);
-    for (const Ties::Change& change : changes) {
-      const Padded shift = Pad(change.linear), turn = Pad(change.angular);
-      if (change.body == blow.body_a || change.body == blow.body_b) {
-        Side& side = change.body == blow.body_a ? a_ : b_;
-        side.shift = shift;
-        side.turn = turn;
-      } else {
-        passed.push_back({change.body, shift, turn});
-      }
-    }
-    last_passed_ = passed.size();
-  }
-
-  Padded axis_;
-  Side a_;
-  Side b_;
-  size_t first_passed_;
-  size_t last_passed_;
-};
-
-// One blow against its two bodies.
-class Settling {
- public:
-  Settling(Blow& blow, std::span<const StruckBody> bodies, Ties& ties, std::vector<Passed>& passed)
-      : Settling(blow, blow.normal.unitOrthogonal(), bodies, ties, passed) {}
-
-  Blow& blow() { return blow_; }
-  const Blow& blow() const { return blow_; }
-
-  void Restart(double separation_speed) {
-    blow_.separation_speed = separation_speed;
-    blow_.impulse = 0;
-    rubbing_.setZero();
-  }
-  void Finish() { blow_.rubbing = rubbing_[0] * first_ + rubbing_[1] * second_; }
-
-  // Each returns by how much (m/s) a velocity had to be changed.
-  double Separate(std::span<Speeds> speeds, std::span<const Passed> passed) {
-    if (!(softness_ > 0)) return 0;
-    Speeds &a = speeds[blow_.body_a], &b = speeds[blow_.body_b];
-    const double lacking = blow_.separation_speed - normal_.Rate(a, b);
-    const double impulse = std::max(lacking / softness_, -blow_.impulse);
-    if (impulse == 0) return 0;
-    blow_.impulse += impulse;
-    normal_.Push(impulse, a, b);
-    if (is_tied_) normal_.PassOn(impulse, passed, speeds);
-    return std::abs(impulse) * softness_;
-  }
-
-  double Rub(std::span<Speeds> speeds, std::span<const Passed> passed) {
-    const double bound = blow_.friction * blow_.impulse;
-    if (!(bound > 0) && rubbing_.isZero(0)) return 0;
-    Speeds &a = speeds[blow_.body_a], &b = speeds[blow_.body_b];
-    const Vector2 slip(across_[0].Rate(a, b), across_[1].Rate(a, b));
-    const double square = slip.squaredNorm(), answer = slip.dot(answers_ * slip);
-    Vector2 wanted = rubbing_;
-    double softness = 0;
-    if (answer > 0) {
-      wanted -= (square / answer) * slip;
-      softness = answer / square;
-    }
-    const double size = wanted.squaredNorm();
-    if (size > bound * bound) wanted *= bound / std::sqrt(size);
-    const Vector2 impulse = wanted - rubbing_;
-    rubbing_ = wanted;
-    for (int i = 0; i < 2; ++i) {
-      across_[i].Push(impulse[i], a, b);
-      if (is_tied_) across_[i].PassOn(impulse[i], passed, speeds);
-    }
-    return impulse.norm() * softness;
-  }
-
- private:
-  Settling(Blow& blow, const Vector3& first, std::span<const StruckBody> bodies, Ties& ties,
-           std::vector<Passed>& passed)
-      : blow_(blow),
-        first_(first),
-        second_(blow.normal.cross(first)),
-        normal_(blow.normal, blow, bodies, ties, passed),
-        across_{Along(first_, blow, bodies, ties, passed), Along(second_, blow, bodies, ties, passed)},
-        rubbing_(blow.rubbing.dot(first_), blow.rubbing.dot(second_)),
-        softness_(normal_.Answer(normal_)),
-        is_tied_(!ties.With(blow.body_a).empty() || !ties.With(blow.body_b).empty()) {
-    for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) answers_(i, j) = across_[i].Answer(across_[j]);
-    }
-    // What joints hold fast gives way by the softness of their rows alone, and that is no way.
-    const double free = is_tied_ ? normal_.FreeAnswer(bodies[blow.body_a], bodies[blow.body_b]) : 0;
-    if (softness_ < kHeldFast * free) softness_ = 0;
-  }
-
-  Blow& blow_;
-  Vector3 first_;  // across the normal
-  Vector3 second_;
-  Along normal_;
-  Along across_[2];
-  Eigen::Matrix2d answers_;  // 1/kg, across the normal
-  Vector2 rubbing_;          // N*s, the same
-  double softness_;          // 1/kg along the normal
-  bool is_tied_;             // one of the two is, to others
-};
+// The part of it that may be lost where a law asks for more than there is.
+constexpr double kEnergySpare = 1e-10;
+constexpr int kEnergyLooksMax = 40;
 
 // Sorts blows into groups that have no movable body in common, each in the order in which the blows came.
 class Groups {
@@ -292,6 +105,7 @@ class Group {
   void Settle() {
     ForgetChanges();
     Progress progress;
+    const bool are_few = blows_.size() <= kFewBlows;
     // Counted from one, so that each has a turn in the first.
     for (uint32_t sweep = 1; sweep <= kSweepsMax; ++sweep) {
       double largest = 0;
@@ -299,8 +113,7 @@ class Group {
         const uint32_t a = settling.blow().body_a, b = settling.blow().body_b;
         // Neither has been changed since its last turn.
         if (changed_in_[a] + 1 < sweep && changed_in_[b] + 1 < sweep) continue;
-        const double parted = settling.Separate(speeds_, passed_);
-        const double change = std::max(parted, settling.Rub(speeds_, passed_));
+        const double change = are_few ? settling.Settle(speeds_, passed_) : settling.Relax(speeds_, passed_);
         if (change > kSettled) NoteChange(settling.blow(), sweep);
         largest = std::max(largest, change);
       }
@@ -312,16 +125,8 @@ class Group {
     Remember();
     const double allowed = (1 + kEnergySlack) * Energy();
     Settle();
-    if (is_driven_ || Energy() <= allowed) return;
-    asked_.clear();
-    for (const Settling& settling : blows_) asked_.push_back(settling.blow().separation_speed);
-    double low = 0, high = 1;
-    for (int i = 0; i < kEnergyBisections; ++i) {
-      const double part = i + 1 < kEnergyBisections ? (low + high) / 2 : low;
-      Return(part);
-      Settle();
-      (Energy() <= allowed ? low : high) = part;
-    }
+    const double excess = Energy() - allowed;
+    if (excess > 0 && !is_driven_) ReturnLess(allowed, excess);
   }
 
  private:
@@ -365,6 +170,42 @@ class Group {
         }
       });
     }
+  }
+
+  // Asks for such a part of the separation that all of the energy (J) that is allowed is left, of which it would have
+  // too much by `above` without that. The part is looked for by the Illinois variant of the false position: Dowell and
+  // Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11 (1971).
+  void ReturnLess(double allowed, double above) {
+    asked_.clear();
+    for (const Settling& settling : blows_) asked_.push_back(settling.blow().separation_speed);
+    struct End {
+      double part = 0;
+      double excess = 0;  // J
+      double weight = 1;
+    };
+    End low{0, ExcessAt(0, allowed)}, high{1, above};
+    const double spare = kEnergySpare * allowed;
+    double present = low.part;
+    const End* last_moved = nullptr;
+    for (int look = 0; look < kEnergyLooksMax && low.excess < -spare; ++look) {
+      const double under = low.weight * (low.excess + spare / 2), over = high.weight * (high.excess + spare / 2);
+      present = low.part - (high.part - low.part) * under / (over - under);
+      const double excess = ExcessAt(present, allowed);
+      End& moved = excess > 0 ? high : low;
+      End& kept = excess > 0 ? low : high;
+      // An end that stays counts for less and less, so that it does not stay for ever.
+      if (last_moved == &moved) kept.weight /= 2;
+      moved = {present, excess};
+      last_moved = &moved;
+    }
+    if (present != low.part) ExcessAt(low.part, allowed);
+  }
+
+  // J, if it begins anew and asks for that part of the separation.
+  double ExcessAt(double part, double allowed) {
+    Return(part);
+    Settle();
+    return Energy() - allowed;
   }
 
   // To where it began, to ask for a part of the separation.
