@@ -276,8 +276,9 @@ Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double ti
 }
 
 void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {
-  const LockedAxes& locks = world_.scene.entities[Index(row)]->desc->rigid_body->locked_axes;
-  if (!locks.any()) return;
+  const SceneEntity& entity = *world_.scene.entities[Index(row)];
+  if (!entity.traits.is_locked) return;
+  const LockedAxes& locks = entity.desc->rigid_body->locked_axes;
   for (int i = 0; i < 3; ++i) body.freedom[i] = locks.linear[static_cast<size_t>(i)] ? 0 : 1;
   body.inverse_tensor = LockedInverse(locks, body.tensor);
   DropLocked(locks, body.linear_velocity, body.angular_velocity);

@@ -79,7 +79,7 @@ void LockedBodies::Begin(std::span<const EntityRow> rows) {
   rows_.clear();
   held_.clear();
   for (const EntityRow row : rows) {
-    if (!locks(row).any()) continue;
+    if (!scene_.entities[Index(row)]->traits.is_locked) continue;
     const Pose pose = state_.pose(row);
     rows_.push_back(row);
     held_.push_back({pose.Transform(mass(row).center_of_mass), pose.orientation});

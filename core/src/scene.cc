@@ -13,6 +13,7 @@ BodyTraits TraitsOf(const EntityDesc& desc) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   return {.is_dynamic = body.motion_type == MotionType::kDynamic,
           .is_free = !body.linear_speed_max && !body.angular_speed_max && !body.locked_axes.any(),
+          .is_locked = body.locked_axes.any(),
           .may_sleep = *policy.enabled,
           .gravity_scale = body.gravity_scale,
           .linear_damping = body.linear_damping,

@@ -227,9 +227,9 @@ void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& m
 // Whether nothing but locked axes took part in what it gained, and in the momentum by which it was turned.
 bool StepRun::IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const {
   if (gained.isZero(0) && turned.isZero(0)) return true;
-  const LockedAxes& locks = world_.scene_.entities[Index(mover.row)]->desc->rigid_body->locked_axes;
-  if (!locks.any() || scratch_.jointed[mover.row]) return false;
-  DropLocked(locks, gained, turned);
+  const SceneEntity& entity = *world_.scene_.entities[Index(mover.row)];
+  if (!entity.traits.is_locked || scratch_.jointed[mover.row]) return false;
+  DropLocked(entity.desc->rigid_body->locked_axes, gained, turned);
   return gained.norm() <= kRounding * mover.linear_given.norm() && turned.norm() <= kRounding * mover.momentum.norm();
 }
 

@@ -35,7 +35,8 @@ struct WorldDesc {
 /// fetching it costs a body in free flight more than moving it.
 struct BodyTraits {
   bool is_dynamic = false;
-  bool is_free = false;  // neither a limit of speed nor a locked axis
+  bool is_free = false;    // neither a limit of speed nor a locked axis
+  bool is_locked = false;  // along or about some axis
   bool may_sleep = false;
   double gravity_scale = 1;
   double linear_damping = 0;     // 1/s
