@@ -1,7 +1,6 @@
 #include "impact_solve.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
