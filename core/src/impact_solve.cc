@@ -11,6 +11,11 @@ namespace genphys {
 namespace {
 
 constexpr uint32_t kSweepsMax = 100;
+// Turns of single blows after which sweeps end, and sweeps of all of them that may be taken whatever that makes. Among
+// hundreds of blows a hundred sweeps are not enough either: who still goes into another hits it once more. With these
+// the steps in which 216 boxes fall on each other take 0.87 of the time.
+constexpr size_t kTurnsMax = 2000;
+constexpr size_t kWholeSweeps = 20;
 // m/s: the sweeps end once no blow changed a velocity by more.
 constexpr double kSettled = 1e-12;
 // Or once so many in a row did not halve what they change, and that is no more than this part of the first change.
@@ -105,13 +110,16 @@ class Group {
     ForgetChanges();
     Progress progress;
     const bool are_few = blows_.size() <= kFewBlows;
+    const size_t turns_max = std::max(kTurnsMax, kWholeSweeps * blows_.size());
+    size_t turns = 0;
     // Counted from one, so that each has a turn in the first.
-    for (uint32_t sweep = 1; sweep <= kSweepsMax; ++sweep) {
+    for (uint32_t sweep = 1; sweep <= kSweepsMax && turns < turns_max; ++sweep) {
       double largest = 0;
       for (Settling& settling : blows_) {
         const uint32_t a = settling.blow().body_a, b = settling.blow().body_b;
         // Neither has been changed since its last turn.
         if (changed_in_[a] + 1 < sweep && changed_in_[b] + 1 < sweep) continue;
+        ++turns;
         const double change = are_few ? settling.Settle(speeds_, passed_) : settling.Relax(speeds_, passed_);
         if (change > kSettled) NoteChange(settling.blow(), sweep);
         largest = std::max(largest, change);
