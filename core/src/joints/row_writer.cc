@@ -143,18 +143,16 @@ void RowWriter::LockAt(const Coordinate& coordinate, double position, double ben
   row.target -= bend;
 }
 
-// The velocity of the origin of b against a per impulse there along each axis of a, along that axis, 1/kg.
-Vector3 RowWriter::PointMobility(Matrix3 JointBody::*inverse_tensor) const {
-  Matrix3 mobility = (a_.body->inverse_mass + b_.body->inverse_mass) * Matrix3::Identity();
-  for (const JointBody* body : {a_.body, b_.body}) {
-    if (!body->is_movable()) continue;
-    const Vector3 arm = b_.frame.position - body->center;
-    const Matrix3& tensor = body->*inverse_tensor;
-    Matrix3 turned;  // arm x tensor, column by column
-    for (int i = 0; i < 3; ++i) turned.col(i) = arm.cross(tensor.col(i));
-    for (int i = 0; i < 3; ++i) mobility.col(i) += arm.cross(turned.row(i));
+// How fast the body turns the origin of b away per impulse there along each axis of a, along that axis, 1/kg.
+Vector3 RowWriter::TurnOfPoint(const JointBody& body) const {
+  if (!body.is_movable()) return Vector3::Zero();
+  const Vector3 arm = b_.frame.position - body.center;
+  Vector3 turn;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 torque = arm.cross(axes_.col(i));
+    turn[i] = torque.dot(body.inverse_tensor * torque);
   }
-  return axes_.cwiseProduct(mobility * axes_).colwise().sum();
+  return turn;
 }
 
 // The same as Bend() of all three coordinates of the origin of b in a.
@@ -170,9 +168,11 @@ void RowWriter::LockPoint() {
   const Vector3 offset = Offset();
   if (positions_ != nullptr) return (void)positions_->insert(positions_->end(), offset.begin(), offset.end());
   if (rows_ == nullptr) return;
-  const Vector3 mobility = PointMobility(&JointBody::inverse_tensor);
+  const JointBody &a = *a_.body, &b = *b_.body;
+  const Vector3 turn_a = TurnOfPoint(a), turn_b = TurnOfPoint(b);
+  const double push = a.inverse_mass + b.inverse_mass, most = push + (turn_a + turn_b).maxCoeff();
   // Who is harder to turn in this step has no more energy for making up for errors.
-  const Vector3 own = is_scaled() ? PointMobility(&JointBody::own_inverse) : mobility;
+  const Vector3 own = (a.factor * turn_a + b.factor * turn_b).array() + push;
   Vector3 target = -BendOfPoint(offset);
   double repair = 0;
   for (int i = 0; i < 3; ++i) {
@@ -184,7 +184,7 @@ void RowWriter::LockPoint() {
   const Vector3 along = axes_ * target;
   for (int i = 0; i < 3; ++i) {
     JointRow& row = AddRow(JointRow::Kind::kLinear, Vector3::Unit(i));
-    row.softness = kLeastSoftness * mobility.maxCoeff();
+    row.softness = kLeastSoftness * most;
     row.target = along[i];
   }
   JointRow& first = *(rows_->end() - 3);

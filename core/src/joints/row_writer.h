@@ -99,7 +99,7 @@ class RowWriter {
   void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
   void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
                  double force_max);
-  Vector3 PointMobility(Matrix3 JointBody::*inverse_tensor) const;
+  Vector3 TurnOfPoint(const JointBody& body) const;
   JointRow& Add(const Coordinate& coordinate);
   JointRow& AddRow(JointRow::Kind kind, const Vector3& axis);
   void Bound(double force_max);
