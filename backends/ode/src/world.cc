@@ -289,6 +289,8 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
 
 void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
+  // Also those of a solve that was given up.
+  for (EntityRow row : solved_rows_) bodies_[Index(row)].solved_as = kUnsolved;
   solved_rows_.clear();
   for (EntityRow row : held_rows_) {
     if (pushes_[islands_.IslandOf(row)].way == way) solved_rows_.push_back(row);
@@ -456,7 +458,6 @@ void World::StoreImpulses(ContactBuffer& contacts) const {
 void World::StoreBodies(Way way, StateArrays& state) {
   for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
     const EntityRow row = solved_rows_[i];
-    bodies_[Index(row)].solved_as = kUnsolved;
     if (pushes_[islands_.IslandOf(row)].way != way) continue;
     const Motion motion = solver_->motion(i);
     CheckFinite(motion);
