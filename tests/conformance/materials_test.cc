@@ -101,5 +101,40 @@ TEST_P(Materials, BounceAsHighAsTheirMixedRestitutionSays) {
   }
 }
 
+// Friction of each is against the slip, and holds nothing across it: else the two press on each other through the body.
+TEST_P(Materials, BrakeWhatSlidesAlongAFloorAndAWallByTheSumOfBoth) {
+  Proves({Claim::kKineticFriction});
+  constexpr double kSpeed = 6, kGravity = 9.81, kTilt = 0.6;  // rad, of gravity towards the wall
+  for (const double friction : {0.2, 0.4, 0.6}) {
+    for (const double heading : {0.0, 0.8}) {
+      const Quaternion turn(Eigen::AngleAxisd(heading, Vector3::UnitZ()));
+      WorldDesc desc{.engine = GetParam(),
+                     .gravity = turn * Vector3(0, -kGravity * std::sin(kTilt), -kGravity * std::cos(kTilt))};
+      desc.ground_plane = false;
+      desc.default_material.friction = friction;
+      const auto world = testing::MakeWorld(desc);
+      Require(*world, Feature::kContacts);
+      for (const Vector3& place : {Vector3(0, 0, -1), Vector3(0, -1.5, 0)}) {
+        EntityDesc side = Block(turn * place, {50, 1, 1});
+        if (place.y() == 0) side = Block(turn * place, {50, 50, 1});
+        side.pose.orientation = turn;
+        Add(*world, side);
+      }
+      // So long and flat that no braking tips it over.
+      EntityDesc sliding = Body(Box{{0.6, 0.2, 0.2}}, turn * Vector3(0, -0.3, 0.2));
+      sliding.pose.orientation = turn;
+      sliding.rigid_body->linear_velocity = turn * Vector3(kSpeed, 0, 0);
+      const EntityId crate = Add(*world, sliding);
+
+      Steps(*world, 180);
+
+      const double braked = friction * kGravity * (std::sin(kTilt) + std::cos(kTilt));
+      const double way = kSpeed * kSpeed / (2 * braked);
+      EXPECT_NEAR((turn.conjugate() * PositionOf(*world, crate)).x(), way, 0.02 * way) << friction << ", " << heading;
+      EXPECT_LE(VelocityOf(*world, crate).norm(), SweptSpeed(kGravity, SubstepOf(*world)));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

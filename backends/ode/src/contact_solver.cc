@@ -294,6 +294,12 @@ bool ContactSolver::MayBeDirect(size_t contacts, size_t rows, double spread) {
 
 bool ContactSolver::MayShareFriction(size_t contacts) { return 3 * contacts * kPresetIterations >= kRowUpdates; }
 
+bool ContactSolver::Slides(const ContactPair& pair, const ContactPoint& point, double step_size) {
+  const Vector3 over = point.relative_velocity + pair.surface_velocity;
+  const Vector3 slip = over - point.normal * point.normal.dot(over);
+  return slip.norm() > kSlides * kGravity * point.friction * step_size;
+}
+
 void ContactSolver::Reserve(size_t contacts, size_t held, size_t rows, bool direct) {
   if (feedback_.size() < contacts) feedback_.resize(contacts);
   // The composer keeps where its rows are.
@@ -341,8 +347,9 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   if (is_shared) {
     ShareFriction(contact, slip, step_size_, ode_contact);
   } else {
-    // What nothing else holds sways less along its way with a row across that.
-    const bool may_slide = (is_direct_ || contact.is_running) && contact.grip > 0;
+    // What nothing else holds sways less along its way with a row across that. What slides along two surfaces is
+    // pressed by each against what holds it across its way on the other, and that would press back.
+    const bool may_slide = (is_direct_ || contact.is_running || contact.is_wedged) && contact.grip > 0;
     const double soon = may_slide ? InverseMass(contact) * contact.grip : std::numeric_limits<double>::infinity();
     SetFriction(contact, slip, soon, step_size_, ode_contact);
   }

@@ -43,6 +43,7 @@ struct ContactConstraint {
   Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
   double grip = 0;                   // N*s, the most that it could have been
   bool is_running = false;           // a surface of it runs over its body
+  bool is_wedged = false;            // one of the two also touches what faces another way
   ErrorCorrection correction;
   // Along which of two axes it holds for others of its pair, too, if they share the work of friction among them.
   std::optional<uint32_t> shared_axis;
@@ -87,6 +88,9 @@ class ContactSolver {
   static bool MayBeDirect(size_t contacts, size_t rows, double spread);
   /// Whether an island has so many contacts that points of a pair may share the work of friction.
   static bool MayShareFriction(size_t contacts);
+
+  /// Whether it slips so fast that friction will not stop it for some steps of `step_size` seconds.
+  static bool Slides(const ContactPair& pair, const ContactPoint& point, double step_size);
   /// Tells how many contacts, how many of them with something given, and rows of joints will be added at most, and
   /// whether they are solved all at once; must be called before the first.
   void Reserve(size_t contacts, size_t held, size_t rows, bool direct);

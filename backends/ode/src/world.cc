@@ -300,7 +300,7 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   LoadBodies(state);
   const bool is_given = StartsFromGiven(way);
   solver_->Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
-  LoadContacts(way, state, contacts);
+  LoadContacts(step_size, way, state, contacts);
   LoadRows(state, joint_rows);
   if (way == Way::kDirect) {
     if (!StepDirectly()) return GiveUpDirect();
@@ -391,11 +391,24 @@ void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
   }
 }
 
-void World::LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts) {
+void World::LoadContacts(double step_size, Way way, const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
-  for (const ContactPair& pair : contacts.pairs) {
+  const auto is_solved = [&](const ContactPair& pair) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != way) continue;
+    return !pair.is_sensor && island != Islands::kNone && pushes_[island].way == way;
+  };
+  wedged_.Begin(solved_rows_.size());
+  for (const ContactPair& pair : contacts.pairs) {
+    if (!is_solved(pair)) continue;
+    for (const ContactPoint& point : std::span(contacts.points).subspan(pair.first_point, pair.point_count)) {
+      if (!ContactSolver::Slides(pair, point, step_size)) continue;
+      for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
+        wedged_.Note(bodies_[Index(row)].solved_as, point.normal);
+      }
+    }
+  }
+  for (const ContactPair& pair : contacts.pairs) {
+    if (!is_solved(pair)) continue;
     const Side a = SideOf(pair.entity_a, state);
     const Side b = SideOf(pair.entity_b, state);
     // What holds two sides together can push them apart by one speed only: that of the point that needs it least.
@@ -435,6 +448,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                        .braked = sign * recalled.braked,
                        .grip = recalled.grip,
                        .is_running = !pair.surface_velocity.isZero(0),
+                       .is_wedged = wedged_[a.solved_as] || wedged_[b.solved_as],
                        .correction = pair.correction,
                        .shared_axis = may_share ? recalled.shared_axis : std::nullopt,
                        .rolling_friction = pair.material.rolling_friction,
