@@ -8,9 +8,9 @@
 
 namespace genphys {
 
-void StepRun::StartPassages() {
+std::vector<EntityId> StepRun::StartPassages() {
   std::map<EntityId, Passage>& passages = world_.layer_.passages;
-  if (passages.empty()) return;
+  if (passages.empty()) return {};
   ++world_.changes_;
   world_.is_settled_ = false;
   undo_.KeepPassages();
@@ -24,6 +24,7 @@ void StepRun::StartPassages() {
     world_.UpdateActive(EntityRow{id.index()});
   }
   world_.SettleAftermath();
+  return over;
 }
 
 // Whether the passage is over. It is what is left of the way in what is left of the steps, so that steps of unequal

@@ -67,7 +67,8 @@ class StepRun {
   void Mark(std::string_view stage);
 
   // The ways of kinematic bodies (step_passages.cc).
-  void StartPassages();
+  // Returns those whose way is over, who may be elsewhere now.
+  std::vector<EntityId> StartPassages();
   bool Lead(EntityId id, Passage& passage);
 
   // The flight lane (step_flight.cc).

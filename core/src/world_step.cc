@@ -51,8 +51,10 @@ Status StepRun::Run() {
     mark_ = std::chrono::steady_clock::now();
   }
   if (world_.engine_ != nullptr) {
-    StartPassages();
+    const std::vector<EntityId> arrived = StartPassages();
     CollectRows();
+    // They stand still from here on, and are not among those who are active.
+    for (const EntityId id : arrived) world_.lately_active_.Add(id.index());
     // Nothing moves, so nothing can come to touch: nothing is called.
     if (!rows_.empty() || !kinematic_rows_.empty()) {
       ++world_.changes_;

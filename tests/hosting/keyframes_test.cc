@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "support/scenes.h"
@@ -134,6 +135,29 @@ TEST_F(KeyframesOfAWorld, AreForgottenWhenNobodyUsesThemAnyMore) {
   for (uint64_t i = 0; i < Keyframes::kUnusedChangesMax + 1; ++i) Step();
 
   EXPECT_NE(Encode(base).keyframe_id(), base);
+}
+
+TEST_F(KeyframesOfAWorld, TellWhoArrivedAtTheEndOfItsWay) {
+  // In the middle of its way, and before one that is too long to be gone.
+  for (const auto& [way, steps] : {std::pair(1.0, 1), std::pair(1e6, 0)}) {
+    Fill(AutoDisable{.enabled = false});
+    EntityDesc lift = testing::Body(Sphere{0.5}, Vector3(0, 100, 0));
+    lift.rigid_body->motion_type = MotionType::kKinematic;
+    const EntityId led = testing::Add(*world_, lift);
+    Apply(SetPose{.id = led, .position = Vector3(0, 100, way), .over_steps = 3});
+    for (int i = 0; i < steps; ++i) Step();
+    v1::FrameRequest request = Poses();
+    request.set_velocities(true);
+    const uint64_t base = Encode(0, request).keyframe_id();
+
+    for (int i = 0; i < 5; ++i) Step();
+
+    ASSERT_EQ(world_->state().positions(2, led.index()), way);
+    ASSERT_TRUE(world_->state().linear_velocities.col(led.index()).isZero(0));
+    const v1::Frame delta = Encode(base, request);
+    EXPECT_EQ(delta.keyframe_id(), base);
+    EXPECT_EQ(delta.entity_ids().size(), sizeof(uint64_t)) << way;
+  }
 }
 
 }  // namespace
