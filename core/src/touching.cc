@@ -107,7 +107,11 @@ void StepTouches::KeepUntested(const RowMarks& tested) {
   const size_t found = touches_.size();
   for (const TouchingPair& pair : before_) {
     const auto is_tested = [&](EntityId id) { return tested[EntityRow{id.index()}]; };
-    if (!is_tested(pair.pair.a) && !is_tested(pair.pair.b)) touches_.push_back({.pair = pair});
+    if (is_tested(pair.pair.a) || is_tested(pair.pair.b)) continue;
+    // Who left the world's bounds in this step was still solved in it.
+    const auto those = std::span(touches_).first(found);
+    const auto same = std::ranges::lower_bound(those, pair, {}, &Touch::pair);
+    if (same == those.end() || same->pair != pair) touches_.push_back({.pair = pair});
   }
   std::inplace_merge(touches_.begin(), touches_.begin() + static_cast<std::ptrdiff_t>(found), touches_.end(),
                      [](const Touch& a, const Touch& b) { return a.pair < b.pair; });

@@ -243,6 +243,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     // Forces act on, on a body of another shape, unless it is a new one or is moved by none.
     if (fields.Has(EntityField::kRigidBody) || !IsDynamic(*desc)) Unforce(command.id);
     const bool is_as_heavy = had_body && IsSame(entity.mass, mass);
+    const uint8_t moving = layer_.moving[slot];
+    Wake(row);
     const HalfStep half = layer_.half_steps[slot];
     DetachBody(row);
     entity.Become(std::move(desc), mass);
@@ -253,6 +255,13 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     if (goes_on) SetVelocityNow({command.id, linear, angular});
     if (goes_on && is_as_heavy) layer_.half_steps[slot] = half;
     if (!goes_on || entity.desc->rigid_body->motion_type != MotionType::kKinematic) EndPassage(command.id);
+    if (goes_on && IsDynamic(*entity.desc)) {
+      layer_.moving[slot] = moving;
+    } else if (scene_.world.recorded_events.moving) {
+      // Of what is no dynamic body no step tells it.
+      if ((moving & 1) != 0) Record(EntityStoppedMoving{command.id, false});
+      if ((moving & 2) != 0) Record(EntityStoppedMoving{command.id, true});
+    }
   } else {
     const bool has_body = entity.desc->rigid_body.has_value();
     if (has_body) IgnoreOthers(entity, false);

@@ -336,5 +336,33 @@ TEST_P(Contacts, ABodyThatLeavesTheWorldIsDisabledAndAnnounced) {
   EXPECT_LT(PositionOf(*world, id).z(), 5) << "a new pose brings it back";
 }
 
+TEST_P(Contacts, TheTouchOfABodyThatLeavesTheWorldBeginsAndEndsOnce) {
+  Proves({Claim::kBounds, Claim::kContactEvents});
+  for (const Quality quality : {Quality::kFast, Quality::kBalanced}) {
+    for (const double way : {0.3, 1.1, 1.6, 2.2, 2.9}) {
+      WorldDesc desc{.engine = GetParam(), .stepper = {.quality = quality}};
+      desc.recorded_events.persisting_contacts = true;
+      const auto world = testing::MakeWorld(desc);
+      EntityDesc sliding = Crate({1e7 - 5 - way, 0, 0.5});
+      sliding.rigid_body->linear_velocity = {100, 0, 0};
+      const EntityId id = Add(*world, sliding);
+      Steps(*world, 8);
+      Do(*world, SetPose{.id = id, .position = Vector3(0, 0, 5)});
+      Steps(*world, 3);
+      bool touches = false;
+      size_t faults = 0;
+      for (const Event& event : world->TakeEvents()) {
+        if (std::holds_alternative<EntityFaulted>(event.kind)) ++faults;
+        const bool begins = std::holds_alternative<ContactBegan>(event.kind);
+        if (!begins && !std::holds_alternative<ContactEnded>(event.kind)) continue;
+        EXPECT_NE(touches, begins) << way << " m, at step " << event.step;
+        touches = begins;
+      }
+      EXPECT_EQ(faults, 1u) << way;
+      EXPECT_FALSE(touches) << way;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

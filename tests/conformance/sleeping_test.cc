@@ -335,5 +335,54 @@ TEST_P(Sleeping, ABodyOnAMovingLiftDoesNotSleep) {
   EXPECT_NEAR(PositionOf(*world, crate).z(), 1.6 + 0.05, kTouch);
 }
 
+TEST_P(Sleeping, ASleeperThatIsMadeAnotherIsToldToWakeOnce) {
+  Proves({Claim::kSleepEvents, Claim::kLiveChange});
+  for (const EntityField field : {EntityField::kInertia, EntityField::kGeometries, EntityField::kMotionType}) {
+    const auto world = MakeWorld();
+    EntityDesc desc = Crate({0, 0, 0.5});
+    const EntityId crate = Add(*world, desc);
+    Steps(*world, 120);
+    ASSERT_TRUE(Asleep(*world, crate));
+    world->TakeEvents();
+    desc.rigid_body->inertia.mass = 2;
+    desc.rigid_body->geometries[0].material.friction = 0.9;
+    if (field == EntityField::kMotionType) desc.rigid_body->motion_type = MotionType::kKinematic;
+    Do(*world, UpdateEntity{.id = crate, .entity = desc, .fields = {static_cast<uint32_t>(field)}});
+    Steps(*world, 120);
+    const std::vector<Event> events = world->TakeEvents();
+    EXPECT_EQ(Of<EntityWoke>(events).size(), 1u) << static_cast<uint32_t>(field);
+    EXPECT_EQ(Of<EntitySlept>(events).size(), field == EntityField::kMotionType ? 0u : 1u);
+  }
+}
+
+TEST_P(Sleeping, WhatMovesAndIsMadeAnotherIsToldToMoveOnceAndToStopOnce) {
+  Proves({Claim::kMotionEvents, Claim::kLiveChange});
+  for (const EntityField field : {EntityField::kInertia, EntityField::kGeometries, EntityField::kMotionType}) {
+    WorldDesc all{.engine = GetParam(), .gravity = Vector3::Zero()};
+    all.ground_plane = false;
+    all.recorded_events.moving = true;
+    const auto world = testing::MakeWorld(all);
+    EntityDesc desc = Ball({0, 0, 0});
+    desc.rigid_body->linear_velocity = {1, 0, 0};
+    desc.rigid_body->angular_velocity = {0, 0, 1};
+    const EntityId ball = Add(*world, desc);
+    Steps(*world, 10);
+    desc.rigid_body->inertia.mass = 2;
+    desc.rigid_body->geometries[0].material.friction = 0.9;
+    if (field == EntityField::kMotionType) desc.rigid_body->motion_type = MotionType::kStatic;
+    Do(*world, UpdateEntity{.id = ball, .entity = desc, .fields = {static_cast<uint32_t>(field)}});
+    Steps(*world, 10);
+    std::vector<Event> events = world->TakeEvents();
+    EXPECT_EQ(Of<EntityStartedMoving>(events).size(), 2u);
+    if (field != EntityField::kMotionType) {
+      EXPECT_TRUE(Of<EntityStoppedMoving>(events).empty());
+      Do(*world, SetVelocity{.id = ball, .linear = Vector3(0, 0, 0), .angular = Vector3(0, 0, 0)});
+      Steps(*world, 1);
+      events = world->TakeEvents();
+    }
+    EXPECT_EQ(Of<EntityStoppedMoving>(events).size(), 2u);
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing
