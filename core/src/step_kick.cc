@@ -11,9 +11,6 @@
 namespace genphys {
 namespace {
 
-// Substeps for which what contacts and joints owe is not paid again: paying it at every substep would let the solver's
-// noise swing back and forth, which otherwise dies out in the first one.
-constexpr uint8_t kRestartPause = 8;
 // s, for which it counts how much energy a body that joints turn lately had. With 1 s, or with half of kUnearnedPart,
 // random pendulums of three links that swing for 5 s at 240 steps per second lose a tenth, or a third, more by what is
 // taken from them.
@@ -143,7 +140,7 @@ void StepRun::BeginMover(Mover& mover) {
                       !IsSame(mover.steady.torque, half.steady_twist * (2 / last)))) {
     // Who is pulled off what held it lets go of it for good.
     const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
-    if (half.since_restart >= kRestartPause || lets_go) half.Restart();
+    lets_go ? half.Restart() : half.RestartNowAndThen();
   }
   if (half.restarts) {
     half.since_restart = 0;
@@ -266,7 +263,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.has_past = true;
   half.restarts = false;
   half.is_struck = false;
-  if (half.since_restart < kRestartPause) ++half.since_restart;
+  if (half.since_restart < HalfStep::kPause) ++half.since_restart;
 
   // What is followed turned as its momentum does, which gives no energy.
   if (scratch_.jointed[mover.row] && !joints_.IsFollowed(mover.row)) {

@@ -11,6 +11,12 @@ namespace {
 
 // Of the forces by which those that hang together are held: what is left of their sum beyond that is of somebody else.
 constexpr double kOfOthers = 1e-3;
+// Of the larger of two velocities: who is led changes by more at once, or goes on much as before.
+constexpr double kJump = 0.5;
+
+bool IsJump(const Vector3& before, const Vector3& after) {
+  return (after - before).norm() > kJump * std::max(before.norm(), after.norm());
+}
 
 }  // namespace
 
@@ -40,29 +46,36 @@ void StepRun::PayReleased() {
   }
 }
 
-// Bodies that hang together and lost what held them all, as a pile does whose floor is gone, still touch each other,
-// but what the floor owed them is not given by any solve to come.
-void StepRun::RestartFallen() {
-  // Joints that are undone begin anew by themselves.
-  if (!is_rearranged_ && world_.contacts_.pairs.empty() && world_.layer_.touching.empty()) return;
+// Calls join(a, b) with the numbers of two that a contact or a joint holds together: a mover's place in movers_ and
+// one, or zero for whom nothing moves.
+template <typename Join>
+void StepRun::VisitHeldTogether(Join&& join) {
   RowValues<int>& numbers = scratch_.struck_index;
   for (size_t i = 0; i < movers_.size(); ++i) numbers[movers_[i].row] = static_cast<int>(i + 1);
   const auto number = [&](EntityRow row) {
     const int found = row == kWorldRow ? -1 : std::as_const(numbers)[row];
-    return static_cast<uint32_t>(std::max(found, 0));  // zero: nothing that moves, or what nothing moves
+    return static_cast<uint32_t>(std::max(found, 0));
   };
-  DisjointSets sets(movers_.size() + 1);
   for (const ContactPair& pair : world_.contacts_.pairs) {
-    if (Holds(pair)) sets.Join(number(pair.entity_a), number(pair.entity_b));
+    if (Holds(pair)) join(number(pair.entity_a), number(pair.entity_b));
   }
   for (const Mover& mover : movers_) {
     if (!scratch_.jointed[mover.row]) continue;
     for (const uint32_t slot : world_.joint_index_.Of(mover.row)) {
       const JointDesc& joint = world_.scene_.joints[slot]->desc;
-      sets.Join(number(RowOf(joint.entity_a)), number(RowOf(joint.entity_b)));
+      join(number(RowOf(joint.entity_a)), number(RowOf(joint.entity_b)));
     }
   }
   numbers.Clear();
+}
+
+// Bodies that hang together and lost what held them all, as a pile does whose floor is gone, still touch each other,
+// but what the floor owed them is not given by any solve to come.
+void StepRun::RestartFallen() {
+  // Joints that are undone begin anew by themselves.
+  if (!is_rearranged_ && world_.contacts_.pairs.empty() && world_.layer_.touching.empty()) return;
+  DisjointSets sets(movers_.size() + 1);
+  VisitHeldTogether([&](uint32_t a, uint32_t b) { sets.Join(a, b); });
   struct Held {
     int members = 0;
     Vector3 sum = Vector3::Zero();  // N
@@ -83,6 +96,53 @@ void StepRun::RestartFallen() {
     const Held& group = groups[root];
     if (root == 0 || group.members == 1 || group.sum.norm() <= kOfOthers * group.size) continue;
     world_.layer_.half_steps[Index(movers_[i].row)].Restart();
+  }
+}
+
+// Whether what moves by itself goes on otherwise than it was led in the last substep.
+bool StepRun::IsLedOtherwise(EntityRow row) const {
+  if (IsDynamic(row)) return false;
+  const HalfStep& last = world_.layer_.half_steps[Index(row)];
+  return IsJump(last.velocity, state_.linear_velocities.col(Index(row))) ||
+         IsJump(last.momentum, state_.angular_velocities.col(Index(row)));
+}
+
+void StepRun::NoteLed(EntityRow row) {
+  HalfStep& half = world_.layer_.half_steps[Index(row)];
+  half.velocity = state_.linear_velocities.col(Index(row));
+  half.momentum = state_.angular_velocities.col(Index(row));
+}
+
+// A lift that starts or stops at once holds what it carries by another force from then on.
+void StepRun::RestartCarried() {
+  std::vector<EntityRow> leaders, carried;
+  for (const ContactPair& pair : world_.contacts_.pairs) {
+    for (const auto& [leader, other] :
+         {std::pair(pair.entity_a, pair.entity_b), std::pair(pair.entity_b, pair.entity_a)}) {
+      if (!IsLedOtherwise(leader) || !Holds(pair)) continue;
+      leaders.push_back(leader);
+      carried.push_back(other);
+    }
+  }
+  if (leaders.empty()) return;
+  DisjointSets sets(movers_.size() + 1);
+  VisitHeldTogether([&](uint32_t a, uint32_t b) {
+    if (a > 0 && b > 0) sets.Join(a, b);
+  });
+  RowMarks& marks = scratch_.held;
+  marks.Clear();
+  for (const EntityRow row : carried) marks.Mark(row);
+  std::vector<uint8_t> restarts(movers_.size() + 1);
+  const auto root_of = [&](size_t mover) { return sets.Find(static_cast<uint32_t>(mover + 1)); };
+  for (size_t i = 0; i < movers_.size(); ++i) {
+    if (marks[movers_[i].row]) restarts[root_of(i)] = true;
+  }
+  for (size_t i = 0; i < movers_.size(); ++i) {
+    if (restarts[root_of(i)]) world_.layer_.half_steps[Index(movers_[i].row)].RestartNowAndThen();
+  }
+  for (const EntityRow row : leaders) {
+    undo_.Keep(row);
+    NoteLed(row);
   }
 }
 

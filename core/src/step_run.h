@@ -113,7 +113,12 @@ class StepRun {
   // Who is let go of (step_release.cc).
   bool Holds(const ContactPair& pair) const;
   void PayReleased();
+  template <typename Join>
+  void VisitHeldTogether(Join&& join);
   void RestartFallen();
+  bool IsLedOtherwise(EntityRow row) const;
+  void NoteLed(EntityRow row);
+  void RestartCarried();
 
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;

@@ -81,6 +81,13 @@ void World::EndTouches() {
   const auto wake = [&](EntityId id) {
     if (state_.ids[id.index()] == id) WakeIslandOf(EntityRow{id.index()});
   };
+  // Taken off and put back with other surfaces, it holds who touches it in another way.
+  const auto is_changed = [&](EntityId id) {
+    return is_detached(id) && state_.ids[id.index()] == id && layer_.half_steps[id.index()].restarts;
+  };
+  const auto restart = [&](EntityId id) {
+    if (state_.ids[id.index()] == id) layer_.half_steps[id.index()].RestartNowAndThen();
+  };
   const auto is_over = [&](const TouchingPair& touching) {
     return is_detached(touching.pair.a) || is_detached(touching.pair.b);
   };
@@ -89,6 +96,8 @@ void World::EndTouches() {
     const auto& [a, b] = touching.pair;
     if (left(a)) wake(b);
     if (left(b)) wake(a);
+    if (is_changed(a)) restart(b);
+    if (is_changed(b)) restart(a);
     if (is_over(touching)) ended.push_back(touching);
   };
   for (const EntityId id : aftermath_.displaced) layer_.lying.VisitOf(id, leave);

@@ -246,6 +246,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const uint8_t moving = layer_.moving[slot];
     Wake(row);
     const HalfStep half = layer_.half_steps[slot];
+    const bool is_other =
+        !had_body || !desc->rigid_body || entity.desc->rigid_body->geometries != desc->rigid_body->geometries;
     DetachBody(row);
     entity.Become(std::move(desc), mass);
     AttachBody(row);
@@ -253,7 +255,14 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const bool goes_on = had_body && !fields.Has(EntityField::kRigidBody) && entity.desc->rigid_body &&
                          entity.desc->rigid_body->motion_type != MotionType::kStatic;
     if (goes_on) SetVelocityNow({command.id, linear, angular});
-    if (goes_on && is_as_heavy) layer_.half_steps[slot] = half;
+    HalfStep& now = layer_.half_steps[slot];
+    if (goes_on && is_as_heavy) now = half;
+    // With another surface it is held otherwise, and holds otherwise: see EndTouches().
+    if (!IsDynamic(*entity.desc)) {
+      now.restarts = is_other;
+    } else if (is_other) {
+      now.RestartNowAndThen();
+    }
     if (!goes_on || entity.desc->rigid_body->motion_type != MotionType::kKinematic) EndPassage(command.id);
     if (goes_on && IsDynamic(*entity.desc)) {
       layer_.moving[slot] = moving;

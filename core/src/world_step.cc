@@ -169,6 +169,7 @@ void StepRun::RunEngine(uint32_t substeps) {
   if (!settled_) {
     PayReleased();
     RestartFallen();
+    RestartCarried();
     ResolveImpacts(substep_, 0, false);
   }
   for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);
@@ -320,6 +321,7 @@ void StepRun::Solve(double h) {
 
 void StepRun::MoveKinematic(double h) {
   for (EntityRow row : kinematic_rows_) {
+    NoteLed(row);
     const Pose pose = state_.pose(row);
     state_.set_pose(row, {pose.position + h * state_.linear_velocities.col(Index(row)),
                           Turned(pose.orientation, state_.angular_velocities.col(Index(row)), h)});

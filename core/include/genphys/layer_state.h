@@ -74,13 +74,18 @@ inline constexpr double kUnearnedPart = 0.2;
 /// to that velocity then. What acts from outside is paid when the next substep begins. What contacts and joints gave is
 /// shown, but paid only when they let go: the solver finds it anew, and feeding it back would keep its noise alive.
 struct HalfStep {
-  bool restarts = true;                     // the next substep begins with the columns, and the rest means nothing
-  bool in_flight = true;                    // nothing held or hit it in the last substep
-  bool has_past = false;                    // `held_rate` means something
-  uint8_t since_restart = 0;                // substeps, at most 255
-  bool is_struck = false;                   // an impact changed its velocity since the last solve
-  Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass, in the middle of the last substep
-  Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world
+  /// Substeps for which what contacts and joints owe is not paid again: paying it at every substep would let the
+  /// solver's noise swing back and forth, which otherwise dies out in the first one.
+  static constexpr uint8_t kPause = 8;
+
+  bool restarts = true;       // the next substep begins with the columns, and the rest means nothing
+  bool in_flight = true;      // nothing held or hit it in the last substep
+  bool has_past = false;      // `held_rate` means something
+  uint8_t since_restart = 0;  // substeps, at most 255
+  bool is_struck = false;     // an impact changed its velocity since the last solve
+  // In the middle of the last substep; of a kinematic body as it was when it was last looked at.
+  Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass
+  Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world; of a kinematic body its spin, rad/s
   Vector3 steady_kick = Vector3::Zero();    // m/s still owed by gravity and by forces that stay as they are
   Vector3 steady_twist = Vector3::Zero();   // N*m*s, the same of torques
   Vector3 held_velocity = Vector3::Zero();  // m/s still owed by contacts and joints
@@ -94,6 +99,8 @@ struct HalfStep {
   double Interval(double last, double h) const { return restarts ? h / 2 : (last + h) / 2; }
   /// From now on the columns say all, as after a change from outside.
   void Restart() { restarts = true; }
+  /// The same after what may come again in every step.
+  void RestartNowAndThen() { restarts |= since_restart >= kPause; }
   /// As before the first substep.
   void Forget() { *this = HalfStep{}; }
 };

@@ -202,6 +202,7 @@ class World {
   void SetTouchable(const JointDesc& joint, bool touchable);
   void WakeJoined(const JointDesc& joint);
   void RestartJoined(const JointDesc& joint);
+  void RestartDriven(const JointDesc& joint);
 
   // Engine and activity (world.cc).
   void RebuildEngine();
