@@ -73,6 +73,10 @@ class Bench {
       for (uint32_t i = 0; i < pair.point_count; ++i) contacts.points[pair.first_point + i].friction = friction;
     }
     world_->Solve(h, moving, state, contacts, {});
+    PlaceAll();
+  }
+
+  void PlaceAll() {
     for (EntityRow row : moving) Place(row);
   }
 
