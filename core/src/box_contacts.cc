@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "genphys/narrow_phase.h"
+
 namespace genphys {
 namespace {
 
@@ -17,6 +19,11 @@ constexpr double kAlong = 1e-6;
 constexpr double kFlat = 1e-4;
 // Of the size of a face: by so much it is taken to be wider, lest a point on the seam of two be on neither.
 constexpr double kSeam = 1e-9;
+
+// m, and of their smallest half extent if that is less: what overlaps by no more than that is flush.
+constexpr double kFlush = 1e-4, kFlushPart = 1e-2;
+// The cosine of the angle between directions that are as good as perpendicular.
+constexpr double kAcross = 0.1;
 
 constexpr int kNone = -1;
 
@@ -87,6 +94,21 @@ Direction BestDirection(const BoxPair& pair, double gap) {
     }
   }
   return Preferred(Preferred(face_a, face_b, gap), edges, gap);
+}
+
+// Whether they just touch in faces that are parallel, and at most touch along some direction across that, too: as the
+// next tile of a floor and what slides over that do. When it has come to there it lies on the tile, and does not hit
+// its side.
+bool LieFlush(const BoxPair& pair) {
+  const double flush = std::min(kFlush, kFlushPart * std::min(pair.half_a.minCoeff(), pair.half_b.minCoeff()));
+  for (int axis = 0; axis < 3; ++axis) {
+    if (pair.slant.row(axis).maxCoeff() < 1 - kFlat || std::abs(FaceOfA(pair, axis).separation) > flush) continue;
+    for (int across = 0; across < 3; ++across) {
+      if (across != axis && FaceOfA(pair, across).separation > -flush) return true;
+      if (pair.slant(axis, across) < kAcross && FaceOfB(pair, across).separation > -flush) return true;
+    }
+  }
+  return false;
 }
 
 // A polygon over a face: across it x and y from its middle, and z above it.
@@ -221,7 +243,7 @@ bool AddBoxPoints(const Box& a, const Placement& placement_a, const Box& b, cons
   const PlacedBoxes boxes{a, placement_a, b, placement_b};
   const BoxPair pair = boxes.SeenFromA();
   const Direction best = BestDirection(pair, gap);
-  if (best.separation > gap) return true;
+  if (best.separation > gap || LieFlush(pair)) return true;
   if (best.is_edges()) {
     const Vector3 normal = Vector3::Unit(best.axis_a).cross(pair.turn.col(best.axis_b)).normalized();
     AddEdgePoints(boxes, pair, best, normal.dot(pair.offset) < 0 ? Vector3(-normal) : normal, points);
@@ -234,6 +256,10 @@ bool AddBoxPoints(const Box& a, const Placement& placement_a, const Box& b, cons
   // Across a gap a corner may be nearer that the face does not see.
   return best.separation > 0 ? -points.deepest() <= best.separation + Tolerance(best.separation, gap)
                              : !points.is_empty();
+}
+
+bool LieFlush(const Box& a, const Placement& placement_a, const Box& b, const Placement& placement_b) {
+  return LieFlush(PlacedBoxes{a, placement_a, b, placement_b}.SeenFromA());
 }
 
 }  // namespace genphys

@@ -364,5 +364,40 @@ TEST_P(Contacts, TheTouchOfABodyThatLeavesTheWorldBeginsAndEndsOnce) {
   }
 }
 
+TEST_P(Contacts, ABoxSlidesOverTheSeamsOfTilesAsOverOneFloorAndStopsAtOneThatStandsOut) {
+  Proves({Claim::kKineticFriction, Claim::kStaticSolid});
+  constexpr double kSpeed = 3, kFriction = 0.3, kHalf = 0.25;
+  const double way = kSpeed * kSpeed / (2 * kFriction * 9.81);
+  for (const double turn : {0.0, 0.4}) {
+    for (const double phase : {0.0, 0.1234, 0.37}) {
+      for (const double step : {0.0, 0.05}) {
+        WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -9.81}};
+        desc.ground_plane = false;
+        desc.default_material.friction = kFriction;
+        const auto world = testing::MakeWorld(desc);
+        Require(*world, Feature::kContacts);
+        for (int i = -1; i < 6; ++i) {
+          const double up = i == 2 ? step : 0;
+          Add(*world, Block({2 * kHalf * i - phase, 0, -0.5 + up}, {kHalf, 2, 0.5}));
+        }
+        EntityDesc box = Body(Box{{0.2, 0.15, 0.1}}, {0, 0, 0.1});
+        box.pose.orientation = Quaternion(Eigen::AngleAxisd(turn, Vector3::UnitZ()));
+        box.rigid_body->linear_velocity = {kSpeed, 0, 0};
+        const EntityId id = Add(*world, box);
+
+        Steps(*world, 120);
+
+        const double x = PositionOf(*world, id).x();
+        if (step == 0) {
+          EXPECT_NEAR(x, way, 2e-3 * way) << turn << ", " << phase;
+          EXPECT_NEAR(PositionOf(*world, id).z(), 0.1, kTouch) << turn << ", " << phase;
+        } else {
+          EXPECT_LE(x, 2 * kHalf * 1.5 - phase + 0.01) << turn << ", " << phase;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

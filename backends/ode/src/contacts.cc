@@ -66,10 +66,16 @@ bool AreBoxes(const PlacedShape& a, const PlacedShape& b) {
   return std::holds_alternative<Box>(a.shape()) && std::holds_alternative<Box>(b.shape());
 }
 
+bool AreFlushBoxes(const PlacedShape& a, const PlacedShape& b) {
+  const Box *box_a = std::get_if<Box>(&a.shape()), *box_b = std::get_if<Box>(&b.shape());
+  return box_a != nullptr && box_b != nullptr && LieFlush(*box_a, a.placement(), *box_b, b.placement());
+}
+
 }  // namespace
 
 uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
   if (IsForNarrowPhase(a.shape(), b.shape())) return FindOurPoints(a, b, points);
+  if (AreFlushBoxes(a, b)) return 0;
   Found found;
   // ODE's normals point into the first geometry.
   const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));

@@ -50,4 +50,8 @@ bool IsForNarrowPhase(const Shape& a, const Shape& b);
 void FindContacts(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
                   double gap, Manifold& manifold);
 
+/// Whether two boxes just touch in faces that are parallel, and at most touch across that, too, as the next tile of a
+/// floor and what slides over that do: FindContacts() gives no point of them.
+bool LieFlush(const Box& a, const Placement& placement_a, const Box& b, const Placement& placement_b);
+
 }  // namespace genphys
