@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <array>
-
 #include "genphys/joint_row.h"
 #include "ode_test_bench.h"
 #ifdef __SANITIZE_ADDRESS__

@@ -43,7 +43,7 @@ struct ContactConstraint {
   Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
   double grip = 0;                   // N*s, the most that it could have been
   bool is_running = false;           // a surface of it runs over its body
-  bool is_wedged = false;            // one of the two also touches what faces another way
+  bool is_wedged = false;            // one of the two also slides along what faces another way
   ErrorCorrection correction;
   // Along which of two axes it holds for others of its pair, too, if they share the work of friction among them.
   std::optional<uint32_t> shared_axis;

@@ -29,7 +29,7 @@ class Wedged {
   bool operator[](uint32_t body) const { return body < wedged_.size() && wedged_[body] != 0; }
 
  private:
-  std::vector<Vector3> normals_;  // of the first contact, by body
+  std::vector<Vector3> normals_;  // of the first contact that slides, by body
   std::vector<uint8_t> wedged_;
 };
 
