@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "genphys/contact.h"
 #include "genphys/error_correction.h"
 #include "genphys/inertia.h"
 #include "genphys/stepper.h"
