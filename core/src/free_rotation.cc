@@ -235,6 +235,10 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after) {
   return sign * scale * turn.vec();
 }
 
+Vector3 TurnBetween(const Quaternion& before, const Quaternion& after, const Vector3& expected) {
+  return Logarithm(after * before.conjugate(), expected);
+}
+
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
                      double time) {
   const Vector3 spin = orientation * BodySpin(orientation, momentum, inverse_tensor);

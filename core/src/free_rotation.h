@@ -15,6 +15,8 @@ Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double tim
 
 /// The rotation vector that turns `before` into `after`, rad, world, the short way round.
 Vector3 TurnBetween(const Quaternion& before, const Quaternion& after);
+/// The one that is nearest to `expected`, which may be more than half a turn.
+Vector3 TurnBetween(const Quaternion& before, const Quaternion& after, const Vector3& expected);
 
 /// The constant angular velocity (rad/s, world) that turns `orientation` in `time` seconds to where a free body with
 /// the world angular momentum `momentum` (kg*m^2/s) and the inverse tensor `inverse_tensor` (axes of the body) goes.

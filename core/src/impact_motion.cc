@@ -32,6 +32,22 @@ ImpactMotion ImpactMotion::Free(const Pose& pose, const MassProperties& mass, co
   return motion;
 }
 
+ImpactMotion ImpactMotion::Along(const Pose& start, double time, const Pose& pose, const MassProperties& mass,
+                                 const Vector3& linear_velocity, const Vector3& angular_velocity,
+                                 const Vector3& acceleration, const Vector3& torque) {
+  ImpactMotion motion = Free(pose, mass, linear_velocity, angular_velocity, acceleration);
+  motion.is_led_ = true;
+  if (!(time > 0)) return motion;
+  motion.torque_ = torque;
+  const Vector3 way = pose.Transform(mass.center_of_mass) - start.Transform(mass.center_of_mass);
+  motion.way_ = way / time + time / 2 * acceleration;
+  const Vector3 momentum = motion.momentum_ - time * torque;
+  motion.turning_ = (angular_velocity - WorldTensor(start.orientation, mass.inverse_tensor) * momentum) / time;
+  const Vector3 turn = TurnBetween(start.orientation, pose.orientation, time * angular_velocity);
+  motion.turn_ = turn / time + time / 2 * motion.turning_;
+  return motion;
+}
+
 Vector3 ImpactMotion::CenterAt(const Pose& pose) const {
   return mass_ != nullptr ? pose.Transform(mass_->center_of_mass) : pose.position;
 }
@@ -41,8 +57,9 @@ Pose ImpactMotion::PoseBefore(double time) const {
   if (mass_ == nullptr) {
     return {pose_.position - time * linear_velocity_, Turned(pose_.orientation, -momentum_, time)};
   }
-  const Vector3 center = CenterAt(pose_) - time * linear_velocity_ + time * time / 2 * acceleration_;
-  const Quaternion orientation = TurnedFreely(pose_.orientation, momentum_, *mass_, -time);
+  const Vector3 center = CenterAt(pose_) - time * (is_led_ ? way_ : linear_velocity_) + time * time / 2 * acceleration_;
+  const Quaternion orientation = is_led_ ? Turned(pose_.orientation, time / 2 * turning_ - turn_, time)
+                                         : TurnedFreely(pose_.orientation, momentum_, *mass_, -time);
   return {center - orientation * mass_->center_of_mass, orientation};
 }
 
@@ -56,13 +73,13 @@ StruckBody ImpactMotion::BodyBefore(double time) const {
   body.inverse_mass = 1 / mass_->mass;
   body.tensor = WorldTensor(pose.orientation, mass_->tensor);
   body.inverse_tensor = WorldTensor(pose.orientation, mass_->inverse_tensor);
-  body.angular_velocity = body.inverse_tensor * momentum_;
+  body.angular_velocity = body.inverse_tensor * (momentum_ - time * torque_);
   return body;
 }
 
 StruckBody ImpactMotion::Coast(const StruckBody& struck, double time) const {
   StruckBody body = struck;
-  body.linear_velocity += time * acceleration_;
+  if (!is_led_) body.linear_velocity += time * acceleration_;
   return body;
 }
 

@@ -6,7 +6,7 @@
 namespace genphys {
 
 /// How one body moves near the end of a substep as long as nothing hits it: with constant acceleration and angular
-/// momentum. Times are seconds before the end.
+/// momentum, or on a way that joints lead it. Times are seconds before the end.
 class ImpactMotion {
  public:
   /// Something that nothing can move: at `pose`, moving with the given velocities.
@@ -15,6 +15,13 @@ class ImpactMotion {
   /// A body at its true velocity at the end, with what accelerates it (m/s^2).
   static ImpactMotion Free(const Pose& pose, const MassProperties& mass, const Vector3& linear_velocity,
                            const Vector3& angular_velocity, const Vector3& acceleration);
+
+  /// A body that was at `start` (pose of the entity's frame) `time` seconds ago, and got constant `acceleration`
+  /// (m/s^2) and `torque` (N*m) since. What of its way its velocities do not explain was making up for errors. Nothing
+  /// pushes it from here on.
+  static ImpactMotion Along(const Pose& start, double time, const Pose& pose, const MassProperties& mass,
+                            const Vector3& linear_velocity, const Vector3& angular_velocity,
+                            const Vector3& acceleration, const Vector3& torque);
 
   /// Where the entity's frame was.
   Pose PoseBefore(double time) const;
@@ -29,7 +36,7 @@ class ImpactMotion {
   const Pose& pose() const { return pose_; }
   const Vector3& linear_velocity() const { return linear_velocity_; }
   Vector3 angular_velocity() const;
-  /// `struck` moved on for `time` with its acceleration: velocities only, kg*m^2/s kept.
+  /// `struck` moved on for `time` with its acceleration, unless joints lead it: velocities only, kg*m^2/s kept.
   StruckBody Coast(const StruckBody& struck, double time) const;
 
  private:
@@ -40,6 +47,12 @@ class ImpactMotion {
   Vector3 linear_velocity_ = Vector3::Zero();
   Vector3 momentum_ = Vector3::Zero();  // angular; the angular velocity of what nothing moves
   Vector3 acceleration_ = Vector3::Zero();
+  Vector3 torque_ = Vector3::Zero();
+  // It came to its pose by these velocities at the end, m/s and rad/s, and this, rad/s^2, and not as its own say.
+  bool is_led_ = false;
+  Vector3 way_ = Vector3::Zero();
+  Vector3 turn_ = Vector3::Zero();
+  Vector3 turning_ = Vector3::Zero();
 };
 
 }  // namespace genphys

@@ -7,13 +7,6 @@
 
 namespace genphys {
 
-/// The way of a body to where it is now.
-struct FlownWay {
-  EntityRow row{};
-  Pose start;       // of the entity's frame
-  double time = 0;  // s that it took
-};
-
 /// Whom bodies met on their ways.
 struct Swept {
   std::vector<SweptPair> hits;

@@ -1,5 +1,6 @@
 // What joints hold together while something hits it.
 #include <algorithm>
+#include <utility>
 
 #include "impacts.h"
 #include "joint_step.h"
@@ -9,12 +10,83 @@ namespace genphys {
 namespace {
 
 // Of a group, bodies times impacts: each point of an impact takes three solves of the joints of all of them. Beyond it
-// they are hit one by one, and what the joints make of that comes with their next solve.
+// they are hit one by one where they are, and what the joints make of that comes with their next solve.
 constexpr size_t kTiedMost = 1024;
 
-JointBody ToJointBody(uint32_t place, const Pose& pose, const StruckBody& struck) {
+}  // namespace
+
+bool Impacts::IsLinked(EntityRow row) const {
+  return world_.active[Index(row)] && world_.jointed[row] && world_.scene.entities[Index(row)]->traits.is_dynamic;
+}
+
+Impacts::Group* Impacts::GroupOf(EntityRow row) {
+  const int group = std::as_const(world_.group_of)[row];
+  return group < 0 ? nullptr : &groups_[static_cast<size_t>(group)];
+}
+
+const Impacts::Group* Impacts::GroupOf(EntityRow row) const { return const_cast<Impacts*>(this)->GroupOf(row); }
+
+// Finds whom joints hold together with the candidates.
+void Impacts::FindGroups() {
+  groups_.clear();
+  world_.linked.Clear();
+  std::vector<size_t> impacts;
+  for (const Candidate& candidate : candidates_) {
+    for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
+      if (!IsLinked(row)) continue;
+      if (!world_.linked[row]) {
+        groups_.push_back({.linked = world_.joints.LinkedWith(row, world_.linked)});
+        impacts.push_back(0);
+        for (const EntityRow member : groups_.back().linked.rows) {
+          world_.group_of[member] = static_cast<int>(groups_.size()) - 1;
+        }
+      }
+      ++impacts[static_cast<size_t>(std::as_const(world_.group_of)[row])];
+    }
+  }
+  for (size_t i = 0; i < groups_.size(); ++i)
+    groups_[i].is_tied = impacts[i] * groups_[i].linked.rows.size() <= kTiedMost;
+  if (rewinds_) LeaveHeldToSolves();
+}
+
+// What cannot go back and meets something new is stopped by its next solve, as all that joints hold, and so is what
+// meets its own like: chains that fall in on themselves do so all the time.
+void Impacts::LeaveHeldToSolves() {
+  const auto stays = [&](const Group* group) { return group != nullptr && !group->is_tied; };
+  std::erase_if(candidates_, [&](Candidate& candidate) {
+    const ContactPair& pair = candidate.pair;
+    if (!candidate.is_held) return false;
+    const Group *const a = GroupOf(pair.entity_a), *const b = GroupOf(pair.entity_b);
+    if (a != nullptr && a == b && pair.material.restitution == 0) return true;
+    if (candidate.is_swept || !(stays(a) || stays(b))) return false;
+    candidate.time = 0;
+    return pair.material.restitution == 0;
+  });
+}
+
+// Adds whom joints hold together with those that are struck.
+void Impacts::TieStruck() {
+  ties_ = {};
+  const auto is_struck = [&](EntityRow row) { return std::as_const(world_.struck_index)[row] >= 0; };
+  for (Group& group : groups_) {
+    if (!group.is_tied || std::ranges::none_of(group.linked.rows, is_struck)) continue;
+    for (const EntityRow row : group.linked.rows) {
+      group.members.push_back(NumberOf(row));
+      group.time = std::max(group.time, struck_[group.members.back()].time);
+    }
+    group.is_tied = Tie(group);
+    if (!group.is_tied) group.time = 0;
+    for (const uint32_t member : group.members) struck_[member].time = group.time;
+  }
+  ties_.VisitLacking([&](const Ties::Change& change) {
+    struck_[change.body].lacking_linear = change.linear;
+    struck_[change.body].lacking_angular = change.angular;
+  });
+}
+
+JointBody Impacts::ToJointBody(size_t place, const Pose& pose, const StruckBody& struck) {
   JointBody body;
-  body.row = EntityRow{place};
+  body.row = EntityRow{static_cast<uint32_t>(place)};
   body.pose = pose;
   body.axes = pose.orientation.toRotationMatrix();
   body.center = struck.center;
@@ -26,69 +98,51 @@ JointBody ToJointBody(uint32_t place, const Pose& pose, const StruckBody& struck
   return body;
 }
 
-}  // namespace
-
-// Adds whom joints hold together with those that are struck.
-void Impacts::TieStruck() {
-  ties_ = {};
-  world_.linked.Clear();
-  // Who is added is linked.
-  for (size_t i = 0; i < struck_.size(); ++i) {
-    const EntityRow row = struck_[i].row;
-    if (!struck_[i].motion.is_movable() || !world_.jointed[row] || world_.linked[row]) continue;
-    Tie(world_.joints.LinkedWith(row, world_.linked));
+// Where and how they were `time` seconds before the end.
+std::vector<JointBody> Impacts::BodiesOf(const Group& group, double time) const {
+  std::vector<JointBody> bodies(group.sides.size());
+  for (size_t i = 1; i < bodies.size(); ++i) {
+    const ImpactMotion motion = MotionOf(group.sides[i]);
+    bodies[i] = ToJointBody(i, motion.PoseBefore(time), motion.BodyBefore(time));
   }
-  ties_.VisitLacking([&](const Ties::Change& change) {
-    struck_[change.body].lacking_linear = change.linear;
-    struck_[change.body].lacking_angular = change.angular;
-  });
+  return bodies;
 }
 
-void Impacts::Tie(const JointStep::Linked& linked) {
-  std::vector<EntityRow> sorted = linked.rows;
-  std::ranges::sort(sorted);
-  const auto is_among = [&](EntityRow row) { return std::ranges::binary_search(sorted, row); };
-  const auto impacts = static_cast<size_t>(std::ranges::count_if(candidates_, [&](const Candidate& candidate) {
-    return is_among(candidate.pair.entity_a) || is_among(candidate.pair.entity_b);
-  }));
-  if (impacts * linked.rows.size() > kTiedMost) return;
-  std::vector<JointBody> bodies(1);
-  for (const EntityRow row : linked.rows) {
-    const ImpactMotion motion = MotionOf(row);
-    bodies.push_back(ToJointBody(static_cast<uint32_t>(bodies.size()), motion.pose(), motion.BodyBefore(0)));
-  }
-  std::vector<EntityRow> still;  // behind them
-  const auto place_of = [&](EntityRow row) -> size_t {
-    if (row == kWorldRow) return 0;
-    const auto member = std::ranges::find(linked.rows, row);
-    if (member != linked.rows.end()) return 1 + static_cast<size_t>(member - linked.rows.begin());
-    const auto known = std::ranges::find(still, row);
-    if (known != still.end()) return 1 + linked.rows.size() + static_cast<size_t>(known - still.begin());
-    still.push_back(row);
-    const ImpactMotion motion = MotionOf(row);
-    bodies.push_back(ToJointBody(static_cast<uint32_t>(bodies.size()), motion.pose(), motion.BodyBefore(0)));
-    return bodies.size() - 1;
+bool Impacts::Tie(Group& group) {
+  group.sides = {kWorldRow};
+  group.sides.insert(group.sides.end(), group.linked.rows.begin(), group.linked.rows.end());
+  const auto place_of = [&](EntityRow row) {
+    const auto known = std::ranges::find(group.sides, row);
+    const auto place = static_cast<size_t>(known - group.sides.begin());
+    if (known == group.sides.end()) group.sides.push_back(row);
+    return place;
   };
-  std::vector<JointRow> rows;
-  std::vector<uint32_t> slots;
-  for (const uint32_t slot : linked.slots) {
+  for (const uint32_t slot : group.linked.slots) {
     const JointDesc& desc = world_.scene.joints[slot]->desc;
     const size_t a = place_of(RowOf(desc.entity_a)), b = place_of(RowOf(desc.entity_b));
-    world_.joints.WriteLocked(slot, bodies[a], bodies[b], rows);
-    slots.resize(rows.size(), slot);
+    group.joined.emplace_back(a, b);
   }
-  if (rows.empty()) return;
-  const size_t of_joints = rows.size();
-  for (size_t i = 0; i < linked.rows.size(); ++i) {
-    const SceneEntity& entity = *world_.scene.entities[Index(linked.rows[i])];
+  std::vector<JointBody> bodies = BodiesOf(group, group.time);
+  std::vector<uint32_t> slots;
+  std::vector<JointRow> rows = RowsOf(group, bodies, slots);
+  return !rows.empty() && ties_.Add(group.members, std::move(bodies), std::move(rows), std::move(slots));
+}
+
+// Of all that joints and locked axes hold between `bodies`; `slots` are the joints of the first of them.
+std::vector<JointRow> Impacts::RowsOf(const Group& group, std::span<const JointBody> bodies,
+                                      std::vector<uint32_t>& slots) const {
+  std::vector<JointRow> rows;
+  for (size_t i = 0; i < group.linked.slots.size(); ++i) {
+    const auto& [a, b] = group.joined[i];
+    world_.joints.WriteLocked(group.linked.slots[i], bodies[a], bodies[b], rows);
+    slots.resize(rows.size(), group.linked.slots[i]);
+  }
+  for (size_t i = 1; i <= group.linked.rows.size(); ++i) {
+    const SceneEntity& entity = *world_.scene.entities[Index(group.sides[i])];
     const LockedAxes& locks = entity.desc->rigid_body->locked_axes;
-    const JointBody& body = bodies[i + 1];
-    if (locks.any()) WriteLocks(locks, entity.mass, body.row, body.center, body.pose.orientation, rows);
+    if (locks.any()) WriteLocks(locks, entity.mass, bodies[i].row, bodies[i].center, bodies[i].pose.orientation, rows);
   }
-  slots.resize(of_joints);
-  std::vector<uint32_t> members;
-  for (const EntityRow row : linked.rows) members.push_back(NumberOf(row));
-  ties_.Add(members, std::move(bodies), std::move(rows), std::move(slots));
+  return rows;
 }
 
 // Tells the joints what the blows left them to bear.

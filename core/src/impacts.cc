@@ -23,18 +23,8 @@ constexpr double kFreshDepth = 1.5;
 constexpr double kSameTime = 0.05;
 // More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
 constexpr size_t kRefinedMax = 8;
-constexpr int kLooksMax = 14;
-// How deep (m, and of the way of a substep) an impact in time may be.
-constexpr double kTimedDepth = 2e-7;
-constexpr double kTimedPart = 1e-5;
-// How far from touching (m, and of the way of a substep) the other corners of what lands flat may be.
-constexpr double kFlatGap = 2e-5;
-constexpr double kFlatPart = 0.03;
 // m/s: what slips faster slides.
 constexpr double kSlidingSpeed = 1e-2;
-
-// m: at which two are taken to collide that cover `way` (m) in a substep.
-double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
 }  // namespace
 
@@ -71,10 +61,13 @@ bool ImpactSpeed::IsStillFree(const ContactPair& pair) const {
 Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
     : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size) {}
 
-bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept) {
+bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
+                    std::span<const FlownWay> flown) {
   moved_.clear();
+  ways_ = flown;
   Find(contacts, changed, swept);
   if (candidates_.empty()) return false;
+  FindGroups();
   KeepEarliest();
   for (Candidate& candidate : candidates_) {
     if (candidate.time > 0 && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
@@ -89,6 +82,7 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
     Apply(RestOfStep());
   }
   world_.struck_index.Clear();
+  world_.group_of.Clear();
   world_.earliest.Clear();
   if (blows_.empty()) return false;
   // What only seems to close, for joints are about to change that, would do so again.
@@ -148,59 +142,6 @@ std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, Ge
   });
 }
 
-bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
-  if (!rewinds_ || pair.is_sensor || !speed_.IsFree(pair)) return false;
-  const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
-  return std::ranges::any_of(points, [&](const ContactPoint& point) { return point.depth > kFlatGap; });
-}
-
-// What turns fast may have met something, and part again by the end of the substep.
-void Impacts::FindMissed(const ContactBuffer& contacts) {
-  for (const ContactPair& pair : parting_) {
-    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
-    const double since = FreeSince(pair);
-    double depth = 0, speed = 0;
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      depth = std::max(depth, contacts.points[i].depth);
-      speed = std::max(speed, contacts.points[i].relative_velocity.norm());
-    }
-    if (since == 0 || !WereApart(pair, since, speed)) continue;
-    candidates_.push_back({.pair = pair, .time = since / 2, .closing = depth / since, .were_apart = true});
-  }
-}
-
-// What slides or rolls into something: the engine would stop it a substep too late, and in its own way.
-bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
-  const auto goes = [&](EntityRow row) { return world_.active[Index(row)] && !world_.jointed[row]; };
-  if (!rewinds_ || !(goes(pair.entity_a) || goes(pair.entity_b))) return false;
-  EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
-  if (entities.b < entities.a) std::swap(entities.a, entities.b);
-  const std::vector<TouchingPair>& touching = world_.layer.touching;
-  const auto known = std::lower_bound(touching.begin(), touching.end(), entities,
-                                      [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; });
-  return known == touching.end() || known->pair != entities;
-}
-
-// How long before the end both were last hit, or the substep began: before that they did not go as they do now.
-double Impacts::FreeSince(const ContactPair& pair) const {
-  const RowValues<double>& free_since = world_.free_since;
-  return std::min({step_size_, free_since[pair.entity_a], free_since[pair.entity_b]});
-}
-
-bool Impacts::WereApart(const ContactPair& pair, double time, double speed) const {
-  Manifold manifold;
-  FindMeeting(pair, time, time, 0, manifold);
-  const double most = 2 * DepthOfImpact(speed * step_size_);
-  const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
-  return std::ranges::all_of(points, [&](const MeetingPoint& point) { return point.depth <= most; });
-}
-
-bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
-  // It would leave behind whom joints hold together with it.
-  if (world_.active[Index(row)] && world_.jointed[row]) return false;
-  return candidate.is_held || speed_.IsInFlight(row);
-}
-
 // The impact of this pair, if its points say that there was one.
 std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (pair.is_sensor) return std::nullopt;
@@ -240,16 +181,19 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   return found;
 }
 
-// A body's later impacts wait until the earlier ones have changed its way.
+// Later impacts of a body, or of what joints hold together with it, wait until the earlier ones have changed its way.
 void Impacts::KeepEarliest() {
-  const auto is_moved = [&](EntityRow row) { return world_.active[Index(row)]; };
+  const auto earliest = [&](EntityRow row) -> double& {
+    const Group* const group = GroupOf(row);
+    return world_.earliest[group != nullptr ? group->linked.rows.front() : row];
+  };
   for (const Candidate& c : candidates_) {
     for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
-      if (is_moved(row)) world_.earliest[row] = std::max(world_.earliest[row], c.time);
+      if (world_.active[Index(row)]) earliest(row) = std::max(earliest(row), c.time);
     }
   }
   std::erase_if(candidates_, [&](const Candidate& c) {
-    const double first = std::max(world_.earliest[c.pair.entity_a], world_.earliest[c.pair.entity_b]);
+    const double first = std::max(earliest(c.pair.entity_a), earliest(c.pair.entity_b));
     const bool waits = c.time < first - kSameTime * step_size_;
     if (waits) waiting_.push_back(c);
     return waits;
@@ -264,17 +208,6 @@ void Impacts::KeepEarliest() {
   });
 }
 
-const Geometry& Impacts::GeometryAt(GeometryRow row) const {
-  const EntityRow entity = world_.rule.info(row).entity;
-  const GeometryRows& rows = world_.geometry_rows[Index(entity)];
-  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
-  return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
-}
-
-Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double time) const {
-  return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
-}
-
 void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {
   const SceneEntity& entity = *world_.scene.entities[Index(row)];
   if (!entity.traits.is_locked) return;
@@ -282,70 +215,6 @@ void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {
   for (int i = 0; i < 3; ++i) body.freedom[i] = locks.linear[static_cast<size_t>(i)] ? 0 : 1;
   body.inverse_tensor = LockedInverse(locks, body.tensor);
   DropLocked(locks, body.linear_velocity, body.angular_velocity);
-}
-
-// What holds a body takes away what pulls at it.
-Vector3 Impacts::PullOn(EntityRow row) const {
-  return speed_.IsInFlight(row) ? world_.accelerations[row] : Vector3(Vector3::Zero());
-}
-
-ImpactMotion Impacts::MotionOf(EntityRow entity) const {
-  const uint32_t row = Index(entity);
-  const SceneEntity& scene_entity = *world_.scene.entities[row];
-  const Pose pose = world_.state.pose(entity);
-  const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
-  const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
-  if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
-  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
-}
-
-void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
-  const ImpactMotion a = MotionOf(pair.entity_a), b = MotionOf(pair.entity_b);
-  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
-               Placed(pair.geometry_b, b, time_b), gap, manifold);
-}
-
-double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const {
-  const StruckBody a = MotionOf(candidate.pair.entity_a).BodyBefore(time_a);
-  const StruckBody b = MotionOf(candidate.pair.entity_b).BodyBefore(time_b);
-  return (a.VelocityAt(point.position) - b.VelocityAt(point.position)).dot(point.normal);
-}
-
-// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that overlap
-// all the time collide when they begin to close.
-void Impacts::Refine(Candidate& candidate) const {
-  const double way = candidate.closing * step_size_;
-  const double tolerance = DepthOfImpact(way);
-  const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
-  const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
-             goes_b = GoesBack(candidate.pair.entity_b, candidate);
-  const double since = FreeSince(candidate.pair);
-  double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
-  Manifold manifold;
-  for (int look = 0; look < kLooksMax; ++look) {
-    const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
-    FindMeeting(candidate.pair, time_a, time_b, gap, manifold);
-    double depth = -gap;
-    const MeetingPoint* deepest = nullptr;
-    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
-      if (point.depth <= depth) continue;
-      depth = point.depth;
-      deepest = &point;
-    }
-    const auto closes = [&] { return ClosingAt(candidate, time_a, time_b, *deepest) > 0; };
-    const bool is_near = depth >= 0 && depth <= tolerance;
-    // When they were hit last they touched as well, and part.
-    if (is_near && (since == step_size_ || closes())) break;
-    const bool is_known = candidate.is_swept || (candidate.were_apart && depth > kFlatGap);
-    const bool is_after = depth > tolerance && (is_known || closes());
-    (is_after ? touching : apart) = time;
-    // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
-    double next = time + (depth - tolerance / 2) / candidate.closing;
-    if (!(next > touching && next >= 0 && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
-    if (next == time) break;
-    time = next;
-  }
-  candidate.time = time;
 }
 
 uint32_t Impacts::NumberOf(EntityRow row) {
@@ -428,6 +297,9 @@ void Impacts::Separate() {
 std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
   for (size_t i = 0; i < struck_.size(); ++i) ends.push_back(struck_[i].motion.Coast(bodies_[i], struck_[i].time));
+  for (const Group& group : groups_) {
+    if (group.is_tied && group.time > 0) PushOn(group, ends);
+  }
   std::vector<Blow> supports;
   for (size_t i = 0; i < blows_.size(); ++i) {
     const ContactPair& pair = blow_pairs_[i]->pair;
@@ -462,6 +334,7 @@ void Impacts::Record() {
 }
 
 void Impacts::Apply(const std::vector<StruckBody>& ends) {
+  const std::vector<Arrival> arrivals = Arrive(ends);
   for (size_t i = 0; i < struck_.size(); ++i) {
     const Struck& struck = struck_[i];
     if (!struck.motion.is_movable()) continue;
@@ -469,14 +342,16 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     HalfStep& half = world_.layer.half_steps[row];
     if (struck.time > 0) {
       world_.free_since[struck.row] = struck.time;
-      moved_.push_back({struck.row, struck.time, struck.motion.PoseBefore(struck.time)});
-      const ImpactMotion after = struck.motion.After(struck.time, bodies_[i], ends[i]);
-      world_.state.set_pose(struck.row, after.pose());
-      world_.state.linear_velocities.col(row) = after.linear_velocity();
-      world_.state.angular_velocities.col(row) = after.angular_velocity();
+      const Pose then = struck.motion.PoseBefore(struck.time);
+      moved_.push_back({struck.row, then, struck.time, arrivals[i].acceleration, arrivals[i].torque});
+      world_.state.set_pose(struck.row, arrivals[i].pose);
+      world_.state.linear_velocities.col(row) = arrivals[i].linear_velocity;
+      world_.state.angular_velocities.col(row) = arrivals[i].angular_velocity;
       half.Restart();
       continue;
     }
+    // Its way says no longer how it goes.
+    if (world_.jointed[struck.row]) world_.free_since[struck.row] = 0;
     const Vector3 linear = ends[i].linear_velocity - struck.lacking_linear;
     const Vector3 angular = ends[i].angular_velocity - struck.lacking_angular;
     const Vector3 gained = linear - world_.state.linear_velocities.col(row);
@@ -487,7 +362,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     half.velocity += gained;
     half.momentum += ends[i].tensor * turned;
   }
-  std::sort(moved_.begin(), moved_.end(), [](const Moved& a, const Moved& b) { return a.row < b.row; });
+  std::sort(moved_.begin(), moved_.end(), [](const FlownWay& a, const FlownWay& b) { return a.row < b.row; });
 }
 
 }  // namespace genphys

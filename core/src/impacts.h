@@ -2,6 +2,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genphys/contact.h"
@@ -14,12 +15,23 @@
 #include "genphys/state.h"
 #include "impact_motion.h"
 #include "joint_step.h"
+#include "spring_forces.h"
 #include "ties.h"
 
 namespace genphys {
 
 /// What no impact hit since the substep began.
 inline constexpr double kAlwaysFree = std::numeric_limits<double>::infinity();
+
+/// The way of a body to where it is now.
+struct FlownWay {
+  EntityRow row{};
+  Pose start;       // of the entity's frame
+  double time = 0;  // s that it took
+  // What sped it up on the way, if joints hold it: m/s^2 and N*m.
+  Vector3 acceleration = Vector3::Zero();
+  Vector3 torque = Vector3::Zero();
+};
 
 /// What the impacts of a substep need to know of the world. All of it outlives them.
 struct ImpactWorld {
@@ -32,10 +44,13 @@ struct ImpactWorld {
   const RowValues<Vector3>& accelerations;  // m/s^2 from outside
   const RowMarks& flew;                     // in flight before the solve of this substep
   const RowMarks& flies;                    // moved in one go at the end of the step, with nothing in its way
+  const RowMarks& jolted;                   // the solve of this substep gave it a blow
   const RowMarks& jointed;                  // held by joints
+  const ContactBuffer& solved;              // what touched in this substep, with impulses
   JointStep& joints;
   RowMarks& linked;  // memory of the impacts
   // The same, which they leave empty.
+  RowValues<int>& group_of;      // -1: none
   RowValues<int>& struck_index;  // -1: none
   RowValues<int>& swept_index;   // the same, of sweeps
   RowValues<double>& earliest;
@@ -79,25 +94,22 @@ struct SweptPair {
 /// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
 /// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
 /// laws of Newton and Coulomb, and run forward again. What contacts hold goes back along its way when it meets
-/// something new that is held as well, as if it were held all the time; bodies that joints hold, and those that
-/// something lands on, are not taken back: of them the velocities alone change. Joints pass a blow on to all that they
-/// hold.
+/// something new that is held as well, as if it were held all the time; what something lands on is not taken back: of
+/// it the velocities alone change. Joints pass a blow on to all that they hold, and all that go back together and
+/// forward again as joints let them.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
   Impacts(const ImpactWorld& world, double step_size, bool rewinds);
 
   /// Solves the earliest impacts among `contacts` (at the present poses) and `swept`. False: there are none left. Pairs
-  /// with none of the rows in `changed` are as they were at the last Solve(), unless it is null.
-  bool Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
+  /// with none of the rows in `changed` are as they were at the last Solve(), unless it is null. `flown` are the ways
+  /// since each body was hit, by row; none without rewinds.
+  bool Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
+             std::span<const FlownWay> flown);
 
-  /// Whom the last Solve() put elsewhere, ascending, and how long before the end (s) it was hit.
-  struct Moved {
-    EntityRow row{};
-    double time = 0;
-    Pose struck;  // where it was when it was hit
-  };
-  const std::vector<Moved>& moved() const { return moved_; }
+  /// The ways since they were hit of those that the last Solve() put elsewhere, ascending.
+  const std::vector<FlownWay>& moved() const { return moved_; }
 
   /// Marks whose velocity or place the last Solve() may have changed.
   void MarkStruck(RowMarks& marks) const {
@@ -128,6 +140,30 @@ class Impacts {
     Vector3 lacking_linear = Vector3::Zero();
     Vector3 lacking_angular = Vector3::Zero();
   };
+  // What joints hold together, and something hits.
+  struct Group {
+    JointStep::Linked linked;
+    bool is_tied = false;             // joints pass on what hits it
+    double time = 0;                  // s before the end, of all of it; zero: it does not go back
+    std::vector<uint32_t> members{};  // in struck_, as its rows
+    // Its bodies: the world, the members, and what they hang on that nothing moves; and between which of these its
+    // joints are.
+    std::vector<EntityRow> sides{};
+    std::vector<std::pair<size_t, size_t>> joined{};
+  };
+  // Where and how one that went back is at the end.
+  struct Arrival {
+    Pose pose;
+    Vector3 linear_velocity = Vector3::Zero();
+    Vector3 angular_velocity = Vector3::Zero();
+    Vector3 acceleration = Vector3::Zero();  // of it since the blow, m/s^2
+    Vector3 torque = Vector3::Zero();        // the same, N*m
+  };
+
+  // Of impacts in time: how far from touching (m, and of the way of a substep) the other corners of what lands flat may
+  // be.
+  static constexpr double kFlatGap = 2e-5;
+  static constexpr double kFlatPart = 0.03;
 
   void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
   void FindMissed(const ContactBuffer& contacts);
@@ -154,9 +190,30 @@ class Impacts {
   // Of the row in struck_, to which it is added unless it is there.
   uint32_t NumberOf(EntityRow row);
   void AddStruck(EntityRow row, const Candidate& candidate);
+  // What joints hold together (impact_ties.cc).
+  bool IsLinked(EntityRow row) const;
+  Group* GroupOf(EntityRow row);
+  const Group* GroupOf(EntityRow row) const;
+  void FindGroups();
+  void LeaveHeldToSolves();
   void TieStruck();
-  void Tie(const JointStep::Linked& linked);
+  bool Tie(Group& group);
+  static JointBody ToJointBody(size_t place, const Pose& pose, const StruckBody& struck);
+  std::vector<JointBody> BodiesOf(const Group& group, double time) const;
+  std::vector<JointRow> RowsOf(const Group& group, std::span<const JointBody> bodies,
+                               std::vector<uint32_t>& slots) const;
   void BearBlows();
+  // How it goes on after a blow (impact_arrival.cc).
+  void PushOn(const Group& group, std::vector<StruckBody>& ends);
+  bool IsJolted(EntityRow row) const;
+  void AddImpulse(const Group& group, EntityRow row, const Vector3& linear, const Vector3& angular,
+                  std::vector<Wrench>& wrenches) const;
+  void AddLoose(const Group& group, std::vector<Wrench>& wrenches) const;
+  void AddContacts(const Group& group, std::vector<Wrench>& wrenches) const;
+  std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;
+  Arrival ArrivalOf(uint32_t body, std::span<const StruckBody> ends) const;
+  void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
+  void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
   const Geometry& GeometryAt(GeometryRow row) const;
@@ -168,13 +225,15 @@ class Impacts {
   std::vector<Candidate> candidates_;
   std::vector<Candidate> waiting_;    // for earlier ones of their bodies
   std::vector<ContactPair> parting_;  // overlap, and part at the end
+  std::span<const FlownWay> ways_;    // by row
+  std::vector<Group> groups_;         // of the candidates
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_
   std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them
   std::vector<Blow> blows_;
   std::vector<const Candidate*> blow_pairs_;  // of each blow
   std::vector<Vector3> approaches_;           // m/s, relative velocity at each blow before it
-  std::vector<Moved> moved_;
+  std::vector<FlownWay> moved_;
   ContactBuffer impulses_;
 };
 

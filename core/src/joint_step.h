@@ -102,6 +102,9 @@ class JointStep {
   /// Appends the rows of all that a joint locks, between these bodies where they are.
   void WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const;
 
+  /// What the last solve made of those rows of a joint that lock nothing, with their impulses in the substep.
+  std::vector<JointRow> LooseRows(uint32_t slot) const;
+
   /// Tells that blows between two solves left a row of the joint to bear the impulse that it has.
   void Bear(uint32_t slot, const JointRow& row);
 

@@ -5,6 +5,13 @@
 #include "joints/kinds.h"
 
 namespace genphys {
+namespace {
+
+bool IsLocked(const JointRow& row) {
+  return !row.is_driven && row.lower == -JointRow::kUnbounded && row.upper == JointRow::kUnbounded;
+}
+
+}  // namespace
 
 JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
   Linked linked{.rows = {row}, .slots = {}};
@@ -39,10 +46,22 @@ void JointStep::WriteLocked(uint32_t slot, const JointBody& a, const JointBody& 
   // How fast errors are made up for does not matter here.
   RowWriter writer(side_a, side_b, layer_.last_substep, {}, state, &all, {});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
-  std::erase_if(all, [](const JointRow& row) {
-    return row.is_driven || row.lower != -JointRow::kUnbounded || row.upper != JointRow::kUnbounded;
-  });
+  std::erase_if(all, [](const JointRow& row) { return !IsLocked(row); });
   rows.insert(rows.end(), all.begin(), all.end());
+}
+
+std::vector<JointRow> JointStep::LooseRows(uint32_t slot) const {
+  const auto held = std::ranges::find(held_, slot, &Held::slot);
+  if (held == held_.end()) return {};
+  std::vector<JointRow> loose;
+  const auto [first, last] = std::ranges::equal_range(owners_, static_cast<uint32_t>(held - held_.begin()));
+  for (auto owner = first; owner != last; ++owner) {
+    const JointRow& row = rows_[static_cast<size_t>(owner - owners_.begin())];
+    if (IsLocked(row)) continue;
+    loose.push_back(row);
+    loose.back().impulse *= held->share;
+  }
+  return loose;
 }
 
 void JointStep::Held::Bear(double part, const JointRow& row) {

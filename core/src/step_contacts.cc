@@ -83,22 +83,25 @@ void StepRun::ShareImpulses(double h) {
 }
 
 ImpactWorld StepRun::Surroundings() {
-  return {world_.scene_,
-          state_,
-          world_.layer_,
-          world_.rule_,
-          world_.geometry_rows_,
-          world_.active_,
-          scratch_.accelerations,
-          scratch_.flew,
-          scratch_.flies,
-          scratch_.jointed,
-          joints_,
-          scratch_.linked,
-          scratch_.struck_index,
-          scratch_.swept_index,
-          scratch_.earliest,
-          scratch_.free_since};
+  return {.scene = world_.scene_,
+          .state = state_,
+          .layer = world_.layer_,
+          .rule = world_.rule_,
+          .geometry_rows = world_.geometry_rows_,
+          .active = world_.active_,
+          .accelerations = scratch_.accelerations,
+          .flew = scratch_.flew,
+          .flies = scratch_.flies,
+          .jolted = scratch_.jolted,
+          .jointed = scratch_.jointed,
+          .solved = world_.solved_,
+          .joints = joints_,
+          .linked = scratch_.linked,
+          .group_of = scratch_.group_of,
+          .struck_index = scratch_.struck_index,
+          .swept_index = scratch_.swept_index,
+          .earliest = scratch_.earliest,
+          .free_since = scratch_.free_since};
 }
 
 // Where a kinematic entity was `time` seconds ago.
@@ -141,7 +144,13 @@ void StepRun::AddVisits() {
 std::vector<FlownWay> StepRun::FlownWays(double h) const {
   std::vector<FlownWay> ways;
   ways.reserve(movers_.size() + kinematic_rows_.size());
-  for (const Mover& mover : movers_) ways.push_back({mover.row, mover.start, h});
+  for (const Mover& mover : movers_) {
+    FlownWay& way = ways.emplace_back(FlownWay{mover.row, mover.start, h});
+    if (!scratch_.jointed[mover.row]) continue;
+    const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+    way.acceleration = std::as_const(scratch_.accelerations)[mover.row] + 2 / h * half.held_velocity;
+    way.torque = 2 / h * (half.steady_twist + half.held_momentum);
+  }
   for (const EntityRow row : kinematic_rows_) ways.push_back({row, LedFrom(row, h), h});
   std::ranges::sort(ways, {}, &FlownWay::row);
   return ways;
@@ -150,14 +159,13 @@ std::vector<FlownWay> StepRun::FlownWays(double h) const {
 // The ways that nobody looked along yet, now that the last impacts changed some. `flown` has those since each was hit.
 std::vector<FlownWay> StepRun::NewWays(const Impacts& impacts, std::vector<FlownWay>& flown) {
   std::vector<EntityRow> rows = impacts.WaitingSwept();
-  for (const Impacts::Moved& moved : impacts.moved()) {
+  for (const FlownWay& moved : impacts.moved()) {
     rows.push_back(moved.row);
     const auto place = std::ranges::lower_bound(flown, moved.row, {}, &FlownWay::row);
-    const FlownWay way{moved.row, moved.struck, moved.time};
     if (place != flown.end() && place->row == moved.row) {
-      *place = way;
+      *place = moved;
     } else {
-      flown.insert(place, way);
+      flown.insert(place, moved);
     }
   }
   std::ranges::sort(rows);
@@ -185,14 +193,14 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     const Swept swept = FindSwept(surroundings, *world_.near_, ways, h);
     visits_.insert(visits_.end(), swept.visits.begin(), swept.visits.end());
     if (WakeSwept(swept.hits)) FillRelativeVelocities(looked_at = nullptr);
-    is_over = !impacts.Solve(world_.contacts_, looked_at, swept.hits);
+    is_over = !impacts.Solve(world_.contacts_, looked_at, swept.hits, flown);
     if (is_over) break;
     changed.Clear();
     impacts.MarkStruck(changed);
     renewed = NewWays(impacts, flown);
     ways = renewed;
     std::vector<EntityRow> rows;
-    for (const Impacts::Moved& moved : impacts.moved()) {
+    for (const FlownWay& moved : impacts.moved()) {
       rows.push_back(moved.row);
       std::erase_if(visits_, [&](const SweptPair& visit) {
         return (visit.entity_a == moved.row || visit.entity_b == moved.row) && visit.time < moved.time;

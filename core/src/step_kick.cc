@@ -252,7 +252,10 @@ void StepRun::EndMover(Mover& mover, double h) {
   // What a joint gives when it begins is part of its course, and is known only then.
   const bool begins = !half.has_past && scratch_.jointed[mover.row];
   const Vector3 spun = state_.angular_velocities.col(row);
-  if ((!begins && IsBlow(half, rate, outside)) || joints_.IsJolted(mover.row, gained, spun - mover.spin_given)) {
+  const bool is_jolted =
+      (!begins && IsBlow(half, rate, outside)) || joints_.IsJolted(mover.row, gained, spun - mover.spin_given);
+  scratch_.jolted.Set(mover.row, is_jolted);
+  if (is_jolted) {
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
   } else {

@@ -23,11 +23,13 @@ struct StepScratch {
   RowValues<Wrench> last_samples{Wrench{}};           // of the last one
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
   RowValues<int> struck_index{-1};                    // of impacts
+  RowValues<int> group_of{-1};                        // of what joints hold together and impacts hit
   RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<int> places{-1};                          // among those that may fall asleep
   RowValues<double> earliest{0};                      // of impacts, s before the end
   RowValues<double> free_since{kAlwaysFree};          // its last impact in this substep, s before the end
   RowMarks flew;                                      // in flight before the solve
+  RowMarks jolted;                                    // the last solve gave it a blow
   RowMarks is_sampled;                                // has one of `samples`
   RowMarks was_sampled;                               // has one of `last_samples`
   RowMarks jointed;                                   // a joint holds it
@@ -44,8 +46,8 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          swept_index, places, earliest, free_since, flew, jointed, linked, held, changed, moved, tested, flies,
-          steered, strays, pushed);
+          group_of, swept_index, places, earliest, free_since, flew, jolted, jointed, linked, held, changed, moved,
+          tested, flies, steered, strays, pushed);
   }
 };
 

@@ -19,4 +19,15 @@ inline double RateOf(const JointRow& row, const JointBody& a, const Velocities& 
   return row.axis.dot(of_b.linear + of_b.spin.cross(row.point - b.center) - at_a);
 }
 
+/// What the row's impulse is on a body with its centre of mass there, of which it is side a (`sign` -1) or b (1): N*s
+/// and N*m*s.
+inline Velocities ImpulseOf(const JointRow& row, double sign, const Vector3& center) {
+  if (row.kind == JointRow::Kind::kGeared) {
+    return {Vector3::Zero(), row.impulse * (sign < 0 ? row.axis : row.axis_b)};
+  }
+  const Vector3 push = sign * row.impulse * row.axis;
+  if (row.kind == JointRow::Kind::kAngular) return {Vector3::Zero(), push};
+  return {push, (row.point - center).cross(push)};
+}
+
 }  // namespace genphys

@@ -1,0 +1,155 @@
+// How what joints hold together goes on after a blow, to the end of the substep: under all that acts on it, and then as
+// its joints let it. What they would have bent of its way meanwhile is of second order, and the next solve makes up for
+// it.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "free_rotation.h"
+#include "impacts.h"
+#include "joint_step.h"
+#include "joints/row_rate.h"
+
+namespace genphys {
+namespace {
+
+// Of the kinetic energy of a group: so much more it may have than after the blow, beyond what did work on it.
+constexpr double kGainMost = 0.02;
+
+double EnergyOf(const StruckBody& body) {
+  const Vector3& spin = body.angular_velocity;
+  return (body.linear_velocity.squaredNorm() / body.inverse_mass + spin.dot(body.tensor * spin)) / 2;
+}
+
+}  // namespace
+
+// Adds to how its members move what pushes them from the blow on, as joints let it: all from outside, motors, springs
+// and limits of joints, and what they stand on, as in the solve of this substep unless that was a blow. What held them
+// before may fling them away now: they go straight on then.
+void Impacts::PushOn(const Group& group, std::vector<StruckBody>& ends) {
+  std::vector<Wrench> wrenches(group.sides.size());
+  AddLoose(group, wrenches);
+  AddContacts(group, wrenches);
+  std::vector<Ties::Push> pushes;
+  double energy = 0, work = 0;
+  for (size_t i = 0; i < group.members.size(); ++i) {
+    const EntityRow row = group.linked.rows[i];
+    const StruckBody& body = ends[group.members[i]];
+    const Vector3 gained = group.time * world_.accelerations[row];
+    const Vector3 twist = world_.layer.half_steps[Index(row)].steady_twist * (2 / step_size_) + wrenches[i + 1].torque;
+    pushes.push_back(
+        {group.members[i], gained / body.inverse_mass + group.time * wrenches[i + 1].force, group.time * twist});
+    energy += EnergyOf(body);
+    work += (std::abs(gained.dot(body.linear_velocity)) + gained.squaredNorm() / 2) / body.inverse_mass;
+  }
+  std::vector<Ties::Change> changes;
+  ties_.Pass(pushes, changes);
+  double pushed = 0;
+  std::vector<StruckBody> on = ends;
+  for (const Ties::Change& change : changes) {
+    on[change.body].linear_velocity += change.linear;
+    on[change.body].angular_velocity += change.angular;
+    pushed += EnergyOf(on[change.body]);
+  }
+  if (pushed <= (1 + kGainMost) * energy + work) ends = std::move(on);
+}
+
+bool Impacts::IsJolted(EntityRow row) const { return row != kWorldRow && world_.jolted[row]; }
+
+// Adds an impulse that acted on the entity in the course of the substep, if it is a member.
+void Impacts::AddImpulse(const Group& group, EntityRow row, const Vector3& linear, const Vector3& angular,
+                         std::vector<Wrench>& wrenches) const {
+  if (row == kWorldRow || GroupOf(row) != &group) return;
+  const auto side = std::ranges::find(group.sides, row);
+  Wrench& wrench = wrenches[static_cast<size_t>(side - group.sides.begin())];
+  wrench.force += linear / step_size_;
+  wrench.torque += angular / step_size_;
+}
+
+void Impacts::AddLoose(const Group& group, std::vector<Wrench>& wrenches) const {
+  for (const uint32_t slot : group.linked.slots) {
+    const JointDesc& desc = world_.scene.joints[slot]->desc;
+    if (IsJolted(RowOf(desc.entity_a)) || IsJolted(RowOf(desc.entity_b))) continue;
+    for (const JointRow& row : world_.joints.LooseRows(slot)) {
+      for (const auto& [side, sign] : {std::pair(row.a, -1.0), std::pair(row.b, 1.0)}) {
+        const JointBody* const body = side == kWorldRow ? nullptr : world_.joints.Find(side);
+        if (body == nullptr) continue;
+        const Velocities push = ImpulseOf(row, sign, body->center);
+        AddImpulse(group, side, push.linear, push.spin, wrenches);
+      }
+    }
+  }
+}
+
+void Impacts::AddContacts(const Group& group, std::vector<Wrench>& wrenches) const {
+  for (const ContactPair& pair : world_.solved.pairs) {
+    const bool is_member = GroupOf(pair.entity_a) == &group || GroupOf(pair.entity_b) == &group;
+    if (!is_member || pair.is_sensor || IsJolted(pair.entity_a) || IsJolted(pair.entity_b)) continue;
+    // What is hit now does not hold it.
+    const bool is_hit = std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
+      return candidate.pair.geometry_a == pair.geometry_a && candidate.pair.geometry_b == pair.geometry_b;
+    });
+    if (is_hit) continue;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      const ContactPoint& point = world_.solved.points[i];
+      const Vector3 impulse = point.normal_impulse * point.normal + point.friction_impulse;
+      for (const auto& [side, sign] : {std::pair(pair.entity_a, -1.0), std::pair(pair.entity_b, 1.0)}) {
+        const JointBody* const body = world_.joints.Find(side);
+        if (body == nullptr) continue;
+        const Vector3 push = sign * impulse;
+        AddImpulse(group, side, push, (point.position - body->center).cross(push), wrenches);
+      }
+    }
+  }
+}
+
+// Where those are at the end that go back.
+std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) const {
+  std::vector<Arrival> arrivals(struck_.size());
+  for (uint32_t i = 0; i < struck_.size(); ++i) {
+    if (struck_[i].motion.is_movable() && struck_[i].time > 0) arrivals[i] = ArrivalOf(i, ends);
+  }
+  for (const Group& group : groups_) {
+    if (group.is_tied && group.time > 0) ArriveTogether(group, arrivals);
+  }
+  return arrivals;
+}
+
+Impacts::Arrival Impacts::ArrivalOf(uint32_t body, std::span<const StruckBody> ends) const {
+  const ImpactMotion after = struck_[body].motion.After(struck_[body].time, bodies_[body], ends[body]);
+  return {after.pose(), after.linear_velocity(), after.angular_velocity()};
+}
+
+void Impacts::ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const {
+  Conform(group, arrivals);
+  for (const uint32_t member : group.members) {
+    Arrival& arrival = arrivals[member];
+    const MassProperties& mass = world_.scene.entities[Index(struck_[member].row)]->mass;
+    const Matrix3 tensor = WorldTensor(arrival.pose.orientation, mass.tensor);
+    const StruckBody& then = bodies_[member];
+    arrival.acceleration = (arrival.linear_velocity - then.linear_velocity) / group.time;
+    arrival.torque = (tensor * arrival.angular_velocity - then.tensor * then.angular_velocity) / group.time;
+  }
+}
+
+// Takes from how they arrive what their joints do not let them.
+void Impacts::Conform(const Group& group, std::vector<Arrival>& arrivals) const {
+  std::vector<JointBody> bodies = BodiesOf(group, 0);
+  for (size_t i = 0; i < group.members.size(); ++i) {
+    const Arrival& arrival = arrivals[group.members[i]];
+    const MassProperties& mass = world_.scene.entities[Index(group.linked.rows[i])]->mass;
+    const ImpactMotion motion =
+        ImpactMotion::Free(arrival.pose, mass, arrival.linear_velocity, arrival.angular_velocity, Vector3::Zero());
+    bodies[i + 1] = ToJointBody(i + 1, arrival.pose, motion.BodyBefore(0));
+  }
+  std::vector<uint32_t> slots;
+  std::vector<JointRow> rows = RowsOf(group, bodies, slots);
+  Ties ties;
+  if (!ties.Add(group.members, std::move(bodies), std::move(rows), std::move(slots))) return;
+  ties.VisitLacking([&](const Ties::Change& change) {
+    arrivals[change.body].linear_velocity += change.linear;
+    arrivals[change.body].angular_velocity += change.angular;
+  });
+}
+
+}  // namespace genphys

@@ -1,0 +1,158 @@
+// When two met: they are taken back along their ways to where they just touch.
+#include <algorithm>
+#include <cmath>
+
+#include "impacts.h"
+
+namespace genphys {
+namespace {
+
+constexpr int kLooksMax = 14;
+// How deep (m, and of the way of a substep) an impact in time may be.
+constexpr double kTimedDepth = 2e-7;
+constexpr double kTimedPart = 1e-5;
+
+// m: at which two are taken to collide that cover `way` (m) in a substep.
+double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
+
+}  // namespace
+
+bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
+  if (!rewinds_ || pair.is_sensor || !(speed_.IsFree(pair) || IsNewAmongHeld(pair))) return false;
+  const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
+  return std::ranges::any_of(points, [&](const ContactPoint& point) { return point.depth > kFlatGap; });
+}
+
+// What turns fast may have met something, and part again by the end of the substep.
+void Impacts::FindMissed(const ContactBuffer& contacts) {
+  for (const ContactPair& pair : parting_) {
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    const double since = FreeSince(pair);
+    double depth = 0, speed = 0;
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      depth = std::max(depth, contacts.points[i].depth);
+      speed = std::max(speed, contacts.points[i].relative_velocity.norm());
+    }
+    if (since == 0 || !WereApart(pair, since, speed)) continue;
+    candidates_.push_back({.pair = pair,
+                           .time = since / 2,
+                           .closing = depth / since,
+                           .were_apart = true,
+                           .is_held = !speed_.IsFree(pair)});
+  }
+}
+
+// What slides or rolls into something: the engine would stop it a substep too late, and in its own way.
+bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
+  if (!rewinds_ || !(world_.active[Index(pair.entity_a)] || world_.active[Index(pair.entity_b)])) return false;
+  EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  if (entities.b < entities.a) std::swap(entities.a, entities.b);
+  const std::vector<TouchingPair>& touching = world_.layer.touching;
+  const auto known = std::lower_bound(touching.begin(), touching.end(), entities,
+                                      [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; });
+  return known == touching.end() || known->pair != entities;
+}
+
+// How long before the end both were last hit, or the substep began: before that they did not go as they do now.
+double Impacts::FreeSince(const ContactPair& pair) const {
+  const RowValues<double>& free_since = world_.free_since;
+  return std::min({step_size_, free_since[pair.entity_a], free_since[pair.entity_b]});
+}
+
+bool Impacts::WereApart(const ContactPair& pair, double time, double speed) const {
+  Manifold manifold;
+  FindMeeting(pair, time, time, 0, manifold);
+  const double most = 2 * DepthOfImpact(speed * step_size_);
+  const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+  return std::ranges::all_of(points, [&](const MeetingPoint& point) { return point.depth <= most; });
+}
+
+bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
+  // Alone it would leave behind whom joints hold together with it.
+  if (IsLinked(row)) return rewinds_ && GroupOf(row)->is_tied;
+  return candidate.is_held || speed_.IsInFlight(row);
+}
+
+const Geometry& Impacts::GeometryAt(GeometryRow row) const {
+  const EntityRow entity = world_.rule.info(row).entity;
+  const GeometryRows& rows = world_.geometry_rows[Index(entity)];
+  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
+  return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
+}
+
+Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double time) const {
+  return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
+}
+
+// What holds a body takes away what pulls at it.
+Vector3 Impacts::PullOn(EntityRow row) const {
+  return speed_.IsInFlight(row) ? world_.accelerations[row] : Vector3(Vector3::Zero());
+}
+
+ImpactMotion Impacts::MotionOf(EntityRow entity) const {
+  const uint32_t row = Index(entity);
+  const SceneEntity& scene_entity = *world_.scene.entities[row];
+  const Pose pose = world_.state.pose(entity);
+  const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
+  const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
+  if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
+  if (world_.jointed[entity]) {
+    const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
+    if (way != ways_.end() && way->row == entity) {
+      return ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, way->acceleration,
+                                 way->torque);
+    }
+  }
+  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
+}
+
+void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
+  const ImpactMotion a = MotionOf(pair.entity_a), b = MotionOf(pair.entity_b);
+  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
+               Placed(pair.geometry_b, b, time_b), gap, manifold);
+}
+
+double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const {
+  const StruckBody a = MotionOf(candidate.pair.entity_a).BodyBefore(time_a);
+  const StruckBody b = MotionOf(candidate.pair.entity_b).BodyBefore(time_b);
+  return (a.VelocityAt(point.position) - b.VelocityAt(point.position)).dot(point.normal);
+}
+
+// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that overlap
+// all the time collide when they begin to close.
+void Impacts::Refine(Candidate& candidate) const {
+  const double way = candidate.closing * step_size_;
+  const double tolerance = DepthOfImpact(way);
+  const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
+  const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
+             goes_b = GoesBack(candidate.pair.entity_b, candidate);
+  const double since = FreeSince(candidate.pair);
+  double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
+  Manifold manifold;
+  for (int look = 0; look < kLooksMax; ++look) {
+    const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
+    FindMeeting(candidate.pair, time_a, time_b, gap, manifold);
+    double depth = -gap;
+    const MeetingPoint* deepest = nullptr;
+    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
+      if (point.depth <= depth) continue;
+      depth = point.depth;
+      deepest = &point;
+    }
+    const auto closes = [&] { return ClosingAt(candidate, time_a, time_b, *deepest) > 0; };
+    const bool is_near = depth >= 0 && depth <= tolerance;
+    // When they were hit last they touched as well, and part.
+    if (is_near && (since == step_size_ || closes())) break;
+    const bool is_known = candidate.is_swept || (candidate.were_apart && depth > kFlatGap);
+    const bool is_after = depth > tolerance && (is_known || closes());
+    (is_after ? touching : apart) = time;
+    // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
+    double next = time + (depth - tolerance / 2) / candidate.closing;
+    if (!(next > touching && next >= 0 && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
+    if (next == time) break;
+    time = next;
+  }
+  candidate.time = time;
+}
+
+}  // namespace genphys
