@@ -10,11 +10,6 @@ namespace {
 
 btVector3 CenterOf(const btSolverBody& body) { return body.m_worldTransform.getOrigin(); }
 
-btVector3 Turned(const btSolverBody& body, const btVector3& impulse) {
-  return body.m_originalBody != nullptr ? body.m_originalBody->getInvInertiaTensorWorld() * impulse
-                                        : btVector3(0, 0, 0);
-}
-
 Eigen::Vector4d Padded(const btVector3& v) { return {v.x(), v.y(), v.z(), 0}; }
 
 // Fills in a Jacobian and what follows from it. Returns the rate before the solve.
@@ -33,6 +28,11 @@ double FillJacobian(const btVector3& push, const btVector3& turn_a, const btVect
 }
 
 }  // namespace
+
+btVector3 Turned(const btSolverBody& body, const btVector3& impulse) {
+  return body.m_originalBody != nullptr ? body.m_originalBody->getInvInertiaTensorWorld() * impulse
+                                        : btVector3(0, 0, 0);
+}
 
 void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, BoundedRow& to) {
   const btVector3 axis = ToBullet(row.axis), none(0, 0, 0);

@@ -57,6 +57,9 @@ struct ContactPush {
   double impulse = 0;
 };
 
+/// rad/s by which an impulse of N*m*s turns a body.
+btVector3 Turned(const btSolverBody& body, const btVector3& impulse);
+
 /// Fills in all of a row of a joint but ids and impulse: rate + softness * impulse = target.
 void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, BoundedRow& to);
 

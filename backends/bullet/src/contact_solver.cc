@@ -11,16 +11,17 @@
 namespace genphys::bullet_backend {
 namespace {
 
-// Few points get more iterations than a preset's, for this much work in all: what rests then stays where it is also
-// when the impulses to start from are another engine's.
-constexpr size_t kPointUpdates = 2000;
 constexpr int kIterationsMax = 100;
-// Points that get more than that.
-constexpr size_t kFewPoints = kPointUpdates / ContactSolver::kPresetIterations;
+// Where no more than one point in so many is still stirred after a preset's iterations, these get some more, for
+// kPointUpdates in all. To look at so many others costs as much as one turn.
+constexpr size_t kStillStirred = 4;
+constexpr size_t kLooksPerTurn = 8;
 // Less than the twice from which on friction that follows the slip overshoots.
 constexpr double kEasy = 1.5;
 // The part of what friction may do from which on a pair bears a load along its surfaces.
 constexpr double kLoaded = 0.05;
+// The same of what lies on the ground. A tower that is held in both directions by less comes to rest elsewhere.
+constexpr double kLoadedOnGround = 0.02;
 // Of the slip that there would be without what friction did: with more than this part of it, the slip itself tells its
 // direction.
 constexpr double kKnownPart = 0.9;
@@ -44,6 +45,9 @@ btVector3 VelocityAt(const btSolverBody& body, const btVector3& place) {
   return body.m_linearVelocity + body.m_angularVelocity.cross(place - body.m_worldTransform.getOrigin());
 }
 
+// What contacts cannot move.
+bool IsGround(const Body* body) { return body == nullptr || body->motion_type != MotionType::kDynamic; }
+
 bool AreOnALine(std::span<const ContactPoint> points) {
   // Of the length: more than rounding leaves of a line that a mesh cuts in pieces, and less than any box is wide.
   constexpr double kOff = 1e-3;
@@ -61,7 +65,7 @@ bool AreOnALine(std::span<const ContactPoint> points) {
 // come nearer in the order of the pairs, and few points stay in it.
 template <typename Visit>
 void VisitPoints(size_t count, Visit visit) {
-  const size_t half = count <= kFewPoints ? count : (count + 1) / 2;
+  const size_t half = count <= ContactSolver::kFewPoints ? count : (count + 1) / 2;
   for (size_t i = 0; i < half; ++i) {
     visit(i);
     if (half + i < count) visit(half + i);
@@ -100,8 +104,8 @@ void ContactSolver::Begin(double step_size, double warm_scale) {
 }
 
 void ContactSolver::AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-                            std::span<PointImpulse> impulses) {
-  pairs_.push_back({a, b, &pair, points, impulses});
+                            std::span<PointImpulse> impulses, bool is_of_few) {
+  pairs_.push_back({a, b, &pair, points, impulses, is_of_few});
   point_count_ += points.size();
 }
 
@@ -134,6 +138,7 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 }
 
 void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
+  FindGoingOn(info.m_timeStep);
   for (const AddedPair& added : pairs_) {
     const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
     const Grip grip = GripOf(added);
@@ -150,6 +155,47 @@ void ContactSolver::convertContacts(btPersistentManifold**, int, const btContact
   for (const MotionChange& change : changes_) moves_.push_back({.inverse_mass = change.inverse_mass});
 }
 
+void ContactSolver::FindGoingOn(double step_size) {
+  going_on_.clear();
+  const auto origin = [&](int id) { return FromBullet(BodyAt(id).m_worldTransform.getOrigin()); };
+  // Impulses first.
+  for (const AddedPair& added : pairs_) {
+    if (!added.is_of_few) continue;
+    const int id_a = SolverBodyOf(added.a, step_size), id_b = SolverBodyOf(added.b, step_size);
+    going_on_.resize(changes_.size());
+    const Vector3 center_a = origin(id_a), center_b = origin(id_b);
+    MotionChange &a = going_on_[static_cast<size_t>(id_a)], &b = going_on_[static_cast<size_t>(id_b)];
+    for (size_t i = 0; i < added.points.size(); ++i) {
+      const ContactPoint& point = added.points[i];
+      const PointImpulse& last = added.impulses[i];
+      if (point.is_ahead) continue;
+      const Vector3 impulse = warm_scale_ * (last.normal * point.normal + last.friction);
+      const Vector3 torque = warm_scale_ * last.torque;
+      a.linear.head<3>() -= impulse;
+      b.linear.head<3>() += impulse;
+      a.angular.head<3>() -= (point.position - center_a).cross(impulse) + torque;
+      b.angular.head<3>() += (point.position - center_b).cross(impulse) + torque;
+    }
+  }
+  for (size_t i = 0; i < going_on_.size(); ++i) {
+    const btSolverBody& body = BodyAt(static_cast<int>(i));
+    MotionChange& motion = going_on_[i];
+    motion.linear = motion.linear * changes_[i].inverse_mass;
+    motion.linear.head<3>() += FromBullet(body.m_linearVelocity);
+    const Vector3 torque = motion.angular.head<3>();
+    motion.angular.head<3>() = FromBullet(body.m_angularVelocity + Turned(body, ToBullet(torque)));
+  }
+}
+
+btVector3 ContactSolver::SlipGoingOn(int a, int b, const btVector3& place) const {
+  const auto velocity = [&](int id) -> btVector3 {
+    const MotionChange& motion = going_on_[static_cast<size_t>(id)];
+    const Vector3 linear = motion.linear.head<3>(), angular = motion.angular.head<3>();
+    return ToBullet(linear) + ToBullet(angular).cross(place - m_tmpSolverBodyPool[id].m_worldTransform.getOrigin());
+  };
+  return velocity(a) - velocity(b);
+}
+
 // How its points share a load is left to chance, so that they count together.
 ContactSolver::Grip ContactSolver::GripOf(const AddedPair& added) const {
   Grip grip{.is_on_a_line = AreOnALine(added.points)};
@@ -159,11 +205,14 @@ ContactSolver::Grip ContactSolver::GripOf(const AddedPair& added) const {
     braked += added.impulses[i].friction;
     most[i % 2] += added.points[i].friction * added.impulses[i].normal;
   }
-  const double held = braked.norm(), count = static_cast<double>(std::max<size_t>(added.points.size(), 1));
-  grip.bears = held > kLoaded * (most[0] + most[1]);
-  grip.may_share = held <= kSharedMax * 2 * std::min(most[0], most[1]) && !is_direct_;
+  const double held = braked.norm();
+  grip.is_on_ground = added.is_of_few && !grip.is_on_a_line && (IsGround(added.a) || IsGround(added.b));
+  grip.bears = held > (grip.is_on_ground ? kLoadedOnGround : kLoaded) * (most[0] + most[1]);
+  // Where one half presses in another place than the other, nothing may hold what turns. Few points need not save rows.
+  grip.may_share = held <= kSharedMax * 2 * std::min(most[0], most[1]) && !is_direct_ && !added.is_of_few;
   grip.load = warm_scale_ * held;
-  grip.braked = warm_scale_ / count * ToBullet(braked);
+  grip.braked = warm_scale_ * ToBullet(braked);
+  grip.count = static_cast<double>(std::max<size_t>(added.points.size(), 1));
   return grip;
 }
 
@@ -196,8 +245,17 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double ease = normal.mobility;
   const double inverse_mass = a.internalGetInvMass().x() + b.internalGetInvMass().x();
   const bool bears = grip.bears && slip.length() <= kKnownPart * inverse_mass * grip.load;
+  btVector3 along = slip;
+  if (bears) {
+    along += ease / grip.count * grip.braked;
+  } else if (grip.is_on_ground) {
+    // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
+    // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
+    // the last step, and against what would still slip if it did the same again.
+    along = SlipGoingOn(id_a, id_b, place) - run + inverse_mass * grip.braked;
+  }
   std::array<btVector3, 2> directions;
-  FindTangents(push, bears ? slip + ease * grip.braked : slip, directions[0], directions[1]);
+  FindTangents(push, along, directions[0], directions[1]);
   if (bears && grip.may_share) {
     // Far from slipping, points hold along the load and across it in turns, each for its neighbour too.
     AddFriction(directions[number % 2], {place, run, pressing, 2 * point.friction});
@@ -210,11 +268,11 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
   // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
   // other, unless it slides: what it is held in one direction by would hold it in the other, too. So is what may slip
-  // soon, or it would by what is left over across the load.
+  // soon, or it would by what is left over across the load, and among few points all that bears a load.
   const double soon = std::max(inverse_mass * grip.load, kGravity * point.friction * info_.m_timeStep);
   const bool slides = grip.load > 0 && slip.length() > kSlides * soon;
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
-  if ((is_direct_ && !slides) || bears ||
+  if (bears || ((is_direct_ || (added.is_of_few && grip.bears && !grip.is_on_a_line)) && !slides) ||
       (grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
     AddFriction(directions[1], surface);
   }
@@ -276,10 +334,13 @@ btScalar ContactSolver::solveSingleIteration(int, btCollisionObject**, int, btPe
     note(row.a, row.b, Resolve(row, row.wanted, lower, upper));
   };
   const auto is_turn_of = [&](const SolverRow& row) { return stirred_.IsTurnOf(row.a, row.b); };
+  turns_ = joints_.size();
   for (BoundedRow& row : joints_) note(row.a, row.b, Resolve(row));
   VisitPoints(normals_.size(), [&](size_t i) {
     SolverRow& row = normals_[i];
-    if (is_turn_of(row)) relax(row, 0, std::numeric_limits<double>::infinity());
+    if (!is_turn_of(row)) return;
+    ++turns_;
+    relax(row, 0, std::numeric_limits<double>::infinity());
   });
   VisitPoints(points_.size(), [&](size_t i) {
     if (!is_turn_of(normals_[i])) return;
@@ -304,14 +365,22 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
                                                           btPersistentManifold** manifolds, int manifold_count,
                                                           btTypedConstraint** constraints, int constraint_count,
                                                           const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  if (is_direct_ && SolveDirectly()) {
-    solveGroupCacheFriendlySplitImpulseIterations(bodies, body_count, manifolds, manifold_count, constraints,
-                                                  constraint_count, info, drawer);
-    return 0;
-  }
+  const bool is_solved = is_direct_ && SolveDirectly();
+  solveGroupCacheFriendlySplitImpulseIterations(bodies, body_count, manifolds, manifold_count, constraints,
+                                                constraint_count, info, drawer);
+  if (is_solved) return 0;
   stirred_.Begin(changes_, kSettled);
-  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyIterations(
-      bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  const size_t all = joints_.size() + normals_.size();
+  size_t spare = iterations_ == kPresetIterations ? kPointUpdates : 0;
+  for (int sweep = 1;; ++sweep) {
+    const btScalar residual = solveSingleIteration(sweep, bodies, body_count, manifolds, manifold_count, constraints,
+                                                   constraint_count, info, drawer);
+    if (residual <= info.m_leastSquaresResidualThreshold) return residual;
+    if (sweep < info.m_numIterations) continue;
+    const size_t work = turns_ + all / kLooksPerTurn;
+    if (sweep >= kIterationsMax || kStillStirred * turns_ > all || work > spare) return residual;
+    spare -= work;
+  }
 }
 
 void ContactSolver::solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject**, int, btPersistentManifold**, int,

@@ -22,6 +22,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
 
   /// The iterations of every preset.
   static constexpr int kPresetIterations = 10;
+  /// Few points get more iterations than a preset's, for this much work in all: what rests then stays where it is also
+  /// when the impulses to start from are another engine's.
+  static constexpr size_t kPointUpdates = 2000;
+  /// Points that get more than that.
+  static constexpr size_t kFewPoints = kPointUpdates / kPresetIterations;
 
   /// Few contacts get more than a preset's.
   void SetIterations(uint32_t iterations) { iterations_ = static_cast<int>(iterations); }
@@ -34,9 +39,10 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. `impulses` are where its points start from; Solve() writes what
-  /// they came to into both. All that is given here must last until then.
+  /// they came to into both. All that is given here must last until then. `is_of_few` is what is in an island of no
+  /// more than kFewPoints points, and of no joints, of which no impulses are remembered.
   void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-               std::span<PointImpulse> impulses);
+               std::span<PointImpulse> impulses, bool is_of_few);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
@@ -85,6 +91,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     const ContactPair* pair;
     std::span<ContactPoint> points;
     std::span<PointImpulse> impulses;
+    bool is_of_few;
   };
   struct AddedPoint {
     ContactPoint* point;
@@ -105,11 +112,17 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   // What is known of a pair before its points are added.
   struct Grip {
     bool is_on_a_line = false;
-    btVector3 braked{0, 0, 0};  // N*s on b, by which friction starts, in the mean of its points
-    double load = 0;            // N*s, of all of them together
+    bool is_on_ground = false;  // of few, beside each other, on what cannot be moved
+    btVector3 braked{0, 0, 0};  // N*s on b, by which friction starts, of all its points together
+    double load = 0;            // N*s, how much that is
+    double count = 1;           // of the points
     bool bears = false;         // that is a load
     bool may_share = false;     // each half of the points, taken in turns, could hold twice that alone
   };
+  // Fills in going_on_ for what is of few.
+  void FindGoingOn(double step_size);
+  // m/s, of a over b, of going_on_.
+  btVector3 SlipGoingOn(int a, int b, const btVector3& place) const;
   Grip GripOf(const AddedPair& added) const;
   void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip);
   // Of the last point.
@@ -146,10 +159,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<AddedRow> rows_;
   std::vector<AddedPair> pairs_;
   // By body of Bullet's pool, in place of what it would change there itself.
-  std::vector<MotionChange> changes_;  // of velocities
-  std::vector<MotionChange> moves_;    // velocities that only take overlaps apart
-  std::vector<AddedPoint> points_;     // by row of their normal
-  size_t point_count_ = 0;             // of pairs_
+  std::vector<MotionChange> changes_;   // of velocities
+  std::vector<MotionChange> going_on_;  // velocities, were all points to push and brake as in the last step
+  std::vector<MotionChange> moves_;     // velocities that only take overlaps apart
+  std::vector<AddedPoint> points_;      // by row of their normal
+  size_t point_count_ = 0;              // of pairs_
   std::vector<SolverRow> normals_;
   std::vector<SolverRow> frictions_;
   std::vector<ContactPush> pushes_;  // of normals_, ascending
@@ -163,6 +177,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   };
   std::vector<Torsion> torsions_;
   bool is_direct_ = false;
+  size_t turns_ = 0;  // of points and rows of joints, in the last sweep
 };
 
 }  // namespace genphys::bullet_backend
