@@ -14,6 +14,7 @@ struct SolveEnergy {
   bool is_open = false;        // something moves it that no solve moves
   bool is_restrained = false;  // by part < 1
   bool is_layers = false;      // the layer solved it, not the engine
+  bool is_flung = false;       // the engine's solve of it came to nothing that can be
   double part = 1;
   double way = 0;  // the same of places, if that is more; of what an engine solved they take all
 

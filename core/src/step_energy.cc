@@ -4,8 +4,8 @@
 // wait: the island is solved again without making up for them, which gives nothing, and velocities take a part of the
 // difference. So do places of what the layer solved; a larger one once errors are as large as a substep makes them, so
 // that joints do not let go. (Were it always all of it in places, crank B5 of bench/accuracy would be off by four times
-// as much at small steps.) Of what an engine solved places take all. Both solves hold up what lies and keep forces
-// within their cones, and so does what lies between.
+// as much at small steps.) Of what an engine solved places take all, unless that flings them away. Both solves hold up
+// what lies and keep forces within their cones, and so does what lies between.
 #include <algorithm>
 
 #include "free_rotation.h"
@@ -14,6 +14,9 @@
 
 namespace genphys {
 namespace {
+
+// m/s: nothing makes up for errors so fast. An engine that moves something by that did not find its way.
+constexpr double kFlung = 50;
 
 double Square(const Matrix3& tensor, const Vector3& spin) { return spin.dot(tensor * spin); }
 
@@ -118,6 +121,7 @@ void StepRun::GoQuietly(double h, std::vector<JointRow>& rows, std::vector<Solve
                       first_turn.dot(mover.turned.tensor * (mover.spin_given + first_turn / 2));
     energy.first += mass * body.quiet_linear.dot(rest) + body.quiet_spin.dot(mover.turned.tensor * rest_turn);
     energy.second += (mass * rest.squaredNorm() + Square(mover.turned.tensor, rest_turn)) / 2;
+    energy.is_flung |= !energy.is_layers && !(rest.norm() <= kFlung);
   }
   for (SolveEnergy& energy : energies) {
     if (!energy.is_restrained) continue;
@@ -179,7 +183,7 @@ void StepRun::TakeParts(double h, std::span<const SolveEnergy> energies, std::sp
     state_.linear_velocities.col(Index(mover.row)) = body.quiet_linear + energy.part * rest;
     state_.angular_velocities.col(Index(mover.row)) = body.quiet_spin + energy.part * rest_turn;
     Pose place = body.place;
-    if (energy.is_layers) {
+    if (energy.is_layers || energy.is_flung) {
       // From the start of the substep again.
       const double way = std::max(energy.part, energy.way);
       const Vector3& center = world_.scene_.entities[Index(mover.row)]->mass.center_of_mass;
