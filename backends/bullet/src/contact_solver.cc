@@ -105,7 +105,8 @@ void ContactSolver::Begin(double step_size, double warm_scale) {
 
 void ContactSolver::AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
                             std::span<PointImpulse> impulses, bool is_of_few) {
-  pairs_.push_back({a, b, &pair, points, impulses, is_of_few});
+  // Fewer iterations than a preset's do not find what all the more rows come to.
+  pairs_.push_back({a, b, &pair, points, impulses, is_of_few && iterations_ >= kPresetIterations});
   point_count_ += points.size();
 }
 
