@@ -44,9 +44,13 @@ void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair
   }
 }
 
+bool StepTouches::Touched(const TouchingPair& pair) const {
+  return std::binary_search(before_.begin(), before_.end(), pair);
+}
+
 bool StepTouches::WillBeTold(const TouchingPair& pair) const {
   if (!kinds_.contact_points || pair.is_sensor) return false;
-  return kinds_.persisting_contacts || (kinds_.contacts && !std::binary_search(before_.begin(), before_.end(), pair));
+  return kinds_.persisting_contacts || (kinds_.contacts && !Touched(pair));
 }
 
 void StepTouches::Merge(const ContactBuffer& contacts, bool solved) {
@@ -70,7 +74,11 @@ void StepTouches::Merge(const ContactBuffer& contacts, bool solved) {
     }
     // Of several substeps the one is shown in which most was passed on.
     const double before = NormalImpulse(touch.points), now = NormalImpulse(points);
-    if (!points.empty() && now >= before) std::swap(points, touch.points);
+    if (!points.empty() && now >= before) {
+      std::swap(points, touch.points);
+      // What that one found of their velocities may be what the first hit left of them.
+      if (touch.first.empty() && !Touched(pair)) touch.first = std::move(points);
+    }
     touch.earlier_impulse += std::min(before, now);
     touch.solved = touch.solved || solved;
   }
@@ -134,6 +142,11 @@ std::vector<EventContactPoint> StepTouches::PointsOf(const Touch& touch) {
       point.normal_impulse *= scale;
       point.friction_impulse *= scale;
     }
+  }
+  for (EventContactPoint& point : points) {
+    const auto apart = [&](const EventContactPoint& other) { return (other.position - point.position).squaredNorm(); };
+    const auto nearest = std::ranges::min_element(touch.first, {}, apart);
+    if (nearest != touch.first.end()) point.relative_velocity = nearest->relative_velocity;
   }
   return points;
 }

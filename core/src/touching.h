@@ -46,6 +46,7 @@ class StepTouches {
     bool solved = false;         // `points` carry impulses
     double earlier_impulse = 0;  // N*s along normals, of substeps besides the one that `points` shows
     std::vector<EventContactPoint> points;
+    std::vector<EventContactPoint> first;  // in the step, of those who touched nobody before it
   };
 
   // A contact pair of a buffer by its place there, and whom it is between.
@@ -61,6 +62,7 @@ class StepTouches {
   void ReportNow(const Touch& touch, bool was, std::vector<EventKind>& events) const;
   void ReportVisits(std::vector<EventKind>& events) const;
   void ReportEnd(const TouchingPair& pair, std::vector<EventKind>& events) const;
+  bool Touched(const TouchingPair& pair) const;
   bool WillBeTold(const TouchingPair& pair) const;
   void Collect(const ContactBuffer& contacts, const ContactPair& pair, std::vector<EventContactPoint>& points) const;
 

@@ -310,6 +310,32 @@ TEST_P(Impacts, AreToldWithTheImpulseThatPassed) {
   EXPECT_NEAR(began[0].points[0].relative_velocity.z(), -speed, 2 * faster * speed);
 }
 
+// What stands on something passes on in a second blow what it could not bear in the first.
+TEST_P(Impacts, AreToldWithTheVelocityBeforeTheFirstOfThem) {
+  for (const double mass : {1.0, 30.0, 500.0}) {
+    const auto world = MakeWorld();
+    const EntityId crate = Add(*world, Crate({0, 0, 0.5}));
+    const EntityId ball = Add(*world, Ball({0.2, 0.1, 2.5}, 0.5, mass));
+    Steps(*world, 1);
+    world->TakeEvents();
+    Vector3 before = VelocityOf(*world, ball);
+    std::vector<ContactBegan> began;
+    for (int step = 0; step < 60 && began.empty(); ++step) {
+      before = VelocityOf(*world, ball);
+      Steps(*world, 1);
+      for (const ContactBegan& each : Of<ContactBegan>(world->TakeEvents())) {
+        if (each.pair == EntityPair{crate, ball}) began.push_back(each);
+      }
+    }
+    ASSERT_EQ(began.size(), 1u);
+    ASSERT_FALSE(began[0].points.empty());
+    // It fell on for a step at most.
+    const double told = began[0].points[0].relative_velocity.z(), gained = kGravity / 60;
+    EXPECT_LE(told, before.z() + 1e-6) << mass << " kg";
+    EXPECT_GE(told, before.z() - gained - 1e-6) << mass << " kg";
+  }
+}
+
 TEST_P(Impacts, TakeTheSpeedOfWhatIsMovedByCommand) {
   const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
   EntityDesc bat = Block({0, 0, 5}, {0.1, 1, 1});
