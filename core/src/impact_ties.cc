@@ -19,12 +19,10 @@ bool Impacts::IsLinked(EntityRow row) const {
   return world_.active[Index(row)] && world_.jointed[row] && world_.scene.entities[Index(row)]->traits.is_dynamic;
 }
 
-Impacts::Group* Impacts::GroupOf(EntityRow row) {
+const Impacts::Group* Impacts::GroupOf(EntityRow row) const {
   const int group = std::as_const(world_.group_of)[row];
   return group < 0 ? nullptr : &groups_[static_cast<size_t>(group)];
 }
-
-const Impacts::Group* Impacts::GroupOf(EntityRow row) const { return const_cast<Impacts*>(this)->GroupOf(row); }
 
 // Finds whom joints hold together with the candidates.
 void Impacts::FindGroups() {

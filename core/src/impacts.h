@@ -192,7 +192,6 @@ class Impacts {
   void AddStruck(EntityRow row, const Candidate& candidate);
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
-  Group* GroupOf(EntityRow row);
   const Group* GroupOf(EntityRow row) const;
   void FindGroups();
   void LeaveHeldToSolves();
