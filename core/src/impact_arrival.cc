@@ -23,50 +23,69 @@ double EnergyOf(const StruckBody& body) {
 
 }  // namespace
 
+void Impacts::PushOn(std::vector<StruckBody>& ends) {
+  bool is_any = false;
+  for (Group& group : groups_) {
+    if (!group.goes_back()) continue;
+    group.wrenches.resize(group.sides.size());
+    is_any = true;
+  }
+  if (!is_any) return;
+  for (const Group& group : groups_) {
+    if (group.goes_back()) AddLoose(group);
+  }
+  AddContacts();
+  for (const Group& group : groups_) {
+    if (group.goes_back()) PushOn(group, ends);
+  }
+}
+
 // Adds to how its members move what pushes them from the blow on, as joints let it: all from outside, motors, springs
 // and limits of joints, and what they stand on, as in the solve of this substep unless that was a blow. What held them
 // before may fling them away now: they go straight on then.
 void Impacts::PushOn(const Group& group, std::vector<StruckBody>& ends) {
-  std::vector<Wrench> wrenches(group.sides.size());
-  AddLoose(group, wrenches);
-  AddContacts(group, wrenches);
   std::vector<Ties::Push> pushes;
   double energy = 0, work = 0;
   for (size_t i = 0; i < group.members.size(); ++i) {
     const EntityRow row = group.linked.rows[i];
     const StruckBody& body = ends[group.members[i]];
     const Vector3 gained = group.time * world_.accelerations[row];
-    const Vector3 twist = world_.layer.half_steps[Index(row)].steady_twist * (2 / step_size_) + wrenches[i + 1].torque;
+    const Vector3 twist =
+        world_.layer.half_steps[Index(row)].steady_twist * (2 / step_size_) + group.wrenches[i + 1].torque;
     pushes.push_back(
-        {group.members[i], gained / body.inverse_mass + group.time * wrenches[i + 1].force, group.time * twist});
+        {group.members[i], gained / body.inverse_mass + group.time * group.wrenches[i + 1].force, group.time * twist});
     energy += EnergyOf(body);
     work += (std::abs(gained.dot(body.linear_velocity)) + gained.squaredNorm() / 2) / body.inverse_mass;
   }
   std::vector<Ties::Change> changes;
   ties_.Pass(pushes, changes);
-  double pushed = 0;
-  std::vector<StruckBody> on = ends;
-  for (const Ties::Change& change : changes) {
-    on[change.body].linear_velocity += change.linear;
-    on[change.body].angular_velocity += change.angular;
-    pushed += EnergyOf(on[change.body]);
-  }
-  if (pushed <= (1 + kGainMost) * energy + work) ends = std::move(on);
+  const auto pushed = [&](const Ties::Change& change) {
+    StruckBody body = ends[change.body];
+    body.linear_velocity += change.linear;
+    body.angular_velocity += change.angular;
+    return body;
+  };
+  double then = 0;
+  for (const Ties::Change& change : changes) then += EnergyOf(pushed(change));
+  if (!(then <= (1 + kGainMost) * energy + work)) return;
+  for (const Ties::Change& change : changes) ends[change.body] = pushed(change);
 }
 
 bool Impacts::IsJolted(EntityRow row) const { return row != kWorldRow && world_.jolted[row]; }
 
-// Adds an impulse that acted on the entity in the course of the substep, if it is a member.
-void Impacts::AddImpulse(const Group& group, EntityRow row, const Vector3& linear, const Vector3& angular,
-                         std::vector<Wrench>& wrenches) const {
-  if (row == kWorldRow || GroupOf(row) != &group) return;
+// Adds an impulse that acted on the entity in the course of the substep, if it is among those that go back together.
+void Impacts::AddImpulse(EntityRow row, const Vector3& linear, const Vector3& angular) {
+  const int number = std::as_const(world_.group_of)[row];
+  if (number < 0) return;
+  Group& group = groups_[static_cast<size_t>(number)];
+  if (!group.goes_back()) return;
   const auto side = std::ranges::find(group.sides, row);
-  Wrench& wrench = wrenches[static_cast<size_t>(side - group.sides.begin())];
+  Wrench& wrench = group.wrenches[static_cast<size_t>(side - group.sides.begin())];
   wrench.force += linear / step_size_;
   wrench.torque += angular / step_size_;
 }
 
-void Impacts::AddLoose(const Group& group, std::vector<Wrench>& wrenches) const {
+void Impacts::AddLoose(const Group& group) {
   for (const uint32_t slot : group.linked.slots) {
     const JointDesc& desc = world_.scene.joints[slot]->desc;
     if (IsJolted(RowOf(desc.entity_a)) || IsJolted(RowOf(desc.entity_b))) continue;
@@ -75,21 +94,18 @@ void Impacts::AddLoose(const Group& group, std::vector<Wrench>& wrenches) const 
         const JointBody* const body = side == kWorldRow ? nullptr : world_.joints.Find(side);
         if (body == nullptr) continue;
         const Velocities push = ImpulseOf(row, sign, body->center);
-        AddImpulse(group, side, push.linear, push.spin, wrenches);
+        AddImpulse(side, push.linear, push.spin);
       }
     }
   }
 }
 
-void Impacts::AddContacts(const Group& group, std::vector<Wrench>& wrenches) const {
+void Impacts::AddContacts() {
   for (const ContactPair& pair : world_.solved.pairs) {
-    const bool is_member = GroupOf(pair.entity_a) == &group || GroupOf(pair.entity_b) == &group;
+    const bool is_member = GroupOf(pair.entity_a) != nullptr || GroupOf(pair.entity_b) != nullptr;
     if (!is_member || pair.is_sensor || IsJolted(pair.entity_a) || IsJolted(pair.entity_b)) continue;
     // What is hit now does not hold it.
-    const bool is_hit = std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
-      return candidate.pair.geometry_a == pair.geometry_a && candidate.pair.geometry_b == pair.geometry_b;
-    });
-    if (is_hit) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       const ContactPoint& point = world_.solved.points[i];
       const Vector3 impulse = point.normal_impulse * point.normal + point.friction_impulse;
@@ -97,7 +113,7 @@ void Impacts::AddContacts(const Group& group, std::vector<Wrench>& wrenches) con
         const JointBody* const body = world_.joints.Find(side);
         if (body == nullptr) continue;
         const Vector3 push = sign * impulse;
-        AddImpulse(group, side, push, (point.position - body->center).cross(push), wrenches);
+        AddImpulse(side, push, (point.position - body->center).cross(push));
       }
     }
   }
@@ -106,18 +122,16 @@ void Impacts::AddContacts(const Group& group, std::vector<Wrench>& wrenches) con
 // Where those are at the end that go back.
 std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) const {
   std::vector<Arrival> arrivals(struck_.size());
-  for (uint32_t i = 0; i < struck_.size(); ++i) {
-    if (struck_[i].motion.is_movable() && struck_[i].time > 0) arrivals[i] = ArrivalOf(i, ends);
+  for (size_t i = 0; i < struck_.size(); ++i) {
+    const Struck& struck = struck_[i];
+    if (!struck.motion.is_movable() || !(struck.time > 0)) continue;
+    const ImpactMotion after = struck.motion.After(struck.time, bodies_[i], ends[i]);
+    arrivals[i] = {after.pose(), after.linear_velocity(), after.angular_velocity()};
   }
   for (const Group& group : groups_) {
-    if (group.is_tied && group.time > 0) ArriveTogether(group, arrivals);
+    if (group.goes_back()) ArriveTogether(group, arrivals);
   }
   return arrivals;
-}
-
-Impacts::Arrival Impacts::ArrivalOf(uint32_t body, std::span<const StruckBody> ends) const {
-  const ImpactMotion after = struck_[body].motion.After(struck_[body].time, bodies_[body], ends[body]);
-  return {after.pose(), after.linear_velocity(), after.angular_velocity()};
 }
 
 void Impacts::ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const {

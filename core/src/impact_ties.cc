@@ -42,8 +42,9 @@ void Impacts::FindGroups() {
       ++impacts[static_cast<size_t>(std::as_const(world_.group_of)[row])];
     }
   }
-  for (size_t i = 0; i < groups_.size(); ++i)
+  for (size_t i = 0; i < groups_.size(); ++i) {
     groups_[i].is_tied = impacts[i] * groups_[i].linked.rows.size() <= kTiedMost;
+  }
   if (rewinds_) LeaveHeldToSolves();
 }
 

@@ -297,9 +297,7 @@ void Impacts::Separate() {
 std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
   for (size_t i = 0; i < struck_.size(); ++i) ends.push_back(struck_[i].motion.Coast(bodies_[i], struck_[i].time));
-  for (const Group& group : groups_) {
-    if (group.is_tied && group.time > 0) PushOn(group, ends);
-  }
+  PushOn(ends);
   std::vector<Blow> supports;
   for (size_t i = 0; i < blows_.size(); ++i) {
     const ContactPair& pair = blow_pairs_[i]->pair;

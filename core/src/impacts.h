@@ -150,6 +150,8 @@ class Impacts {
     // joints are.
     std::vector<EntityRow> sides{};
     std::vector<std::pair<size_t, size_t>> joined{};
+    std::vector<Wrench> wrenches{};  // of what pushes these besides what is known anyway
+    bool goes_back() const { return is_tied && time > 0; }
   };
   // Where and how one that went back is at the end.
   struct Arrival {
@@ -203,14 +205,13 @@ class Impacts {
                                std::vector<uint32_t>& slots) const;
   void BearBlows();
   // How it goes on after a blow (impact_arrival.cc).
+  void PushOn(std::vector<StruckBody>& ends);
   void PushOn(const Group& group, std::vector<StruckBody>& ends);
   bool IsJolted(EntityRow row) const;
-  void AddImpulse(const Group& group, EntityRow row, const Vector3& linear, const Vector3& angular,
-                  std::vector<Wrench>& wrenches) const;
-  void AddLoose(const Group& group, std::vector<Wrench>& wrenches) const;
-  void AddContacts(const Group& group, std::vector<Wrench>& wrenches) const;
+  void AddImpulse(EntityRow row, const Vector3& linear, const Vector3& angular);
+  void AddLoose(const Group& group);
+  void AddContacts();
   std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;
-  Arrival ArrivalOf(uint32_t body, std::span<const StruckBody> ends) const;
   void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
   void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
