@@ -25,6 +25,8 @@ class ImpactMotion {
 
   /// Where the entity's frame was.
   Pose PoseBefore(double time) const;
+  /// Where the point was about which it turns: the centre of mass, or the origin of the frame if nothing moves it.
+  Vector3 CenterBefore(double time) const { return CenterAt(PoseBefore(time)); }
   /// How the body moved there.
   StruckBody BodyBefore(double time) const;
 

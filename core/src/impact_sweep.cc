@@ -1,16 +1,35 @@
 #include "impact_sweep.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "genphys/bounds.h"
 #include "genphys/proximity.h"
+#include "impact_motion.h"
+#include "impact_turning.h"
 
 namespace genphys {
 namespace {
 
 // Of its smallest half extent: who went less far in a step cannot have passed through anything unseen.
 constexpr double kUnseenWay = 0.8;
+// About its local z.
+bool IsRound(const Shape& shape) {
+  return std::holds_alternative<Capsule>(shape) || std::holds_alternative<Cylinder>(shape) ||
+         std::holds_alternative<Cone>(shape);
+}
+
+// How far a geometry goes at most by turning about its middle, m; `turn` is that of its body, in the world.
+double TurnedWay(const Geometry& geometry, const Pose& pose, const Vector3& turn) {
+  if (!IsRound(geometry.shape)) return BoundingRadius(geometry.shape) * turn.norm();
+  const Vector3 axis = pose.orientation * (geometry.pose_in_entity.orientation * Vector3::UnitZ());
+  return BoundingRadius(geometry.shape) * axis.cross(turn).norm();
+}
+
+// How far an arc leaves its chord, m.
+double Bend(double arm, double angle) { return arm * angle * angle / 8; }
+
 // So many near pairs are looked through in the time of one search.
 constexpr size_t kPairsPerSearch = 32;
 
@@ -26,17 +45,34 @@ class Sweeper {
     const auto& body = world_.scene.entities[row]->desc->rigid_body;
     if (!body || body->motion_type == MotionType::kStatic) return;
     const Pose end = world_.state.pose(way.row);
+    const Vector3 turn = way.time * world_.state.angular_velocities.col(row);
+    const double angle = turn.norm();
     for (size_t i = 0; i < body->geometries.size(); ++i) {
       const Geometry& geometry = body->geometries[i];
-      if (!IsConvex(geometry.shape)) continue;
+      const Shape& shape = geometry.shape;
+      if (!IsConvex(shape)) continue;
       const Vector3& place = geometry.pose_in_entity.position;
       const Vector3 translation = place.isZero(0) ? Vector3(end.position - way.start.position)
                                                   : Vector3(end.Transform(place) - way.start.Transform(place));
-      if (IsSeen(geometry.shape, translation)) continue;
+      const double unseen = UnseenWay(shape);
+      const double arm = (place - CenterOf(way.row)).norm(), bend = Bend(arm, angle);
+      const double radius = std::holds_alternative<Sphere>(shape) ? 0 : BoundingRadius(shape);
+      const bool turns =
+          bend + radius * angle > unseen && bend + (radius > 0 ? TurnedWay(geometry, end, turn) : 0) > unseen;
+      if (!turns && translation.norm() <= unseen) continue;
       const Placement start = PlacedIn(ToPlacement(way.start), geometry.pose_in_entity);
-      const Bounds bounds = BoundsOf(geometry.shape, start);
-      sweeps_.push_back({&way, world_.geometry_rows[row][i], &geometry, start, translation,
-                         bounds.Union({bounds.min + translation, bounds.max + translation})});
+      Sweep& sweep = sweeps_.emplace_back(Sweep{.way = &way,
+                                                .own = world_.geometry_rows[row][i],
+                                                .geometry = &geometry,
+                                                .start = start,
+                                                .translation = translation});
+      if (turns) {
+        sweep.reach = arm + BoundingRadius(shape);
+        sweep.bend = bend;
+      }
+      const Vector3 around = Vector3::Constant(BoundingRadius(shape) + bend);
+      const Bounds bounds = turns ? Bounds{start.position - around, start.position + around} : BoundsOf(shape, start);
+      sweep.bounds = bounds.Union({bounds.min + translation, bounds.max + translation});
     }
   }
 
@@ -58,7 +94,22 @@ class Sweeper {
     const Geometry* geometry;
     Placement start;
     Vector3 translation;
-    Bounds bounds;  // of all of the way
+    Bounds bounds;     // of all of the way
+    double reach = 0;  // m, from where its body turns about to all of it; zero: it hardly turns
+    double bend = 0;   // m, by which its middle leaves the straight way
+  };
+  struct Hit {
+    double time;     // s before the end
+    double closing;  // m/s
+    Vector3 normal;  // out of what is hit
+  };
+  // How it may meet another one in the time that is left.
+  struct Encounter {
+    double time;       // s before the end, from when on both go as they do now
+    Placement start;   // where it is then
+    Placement target;  // where the other one is, as it stands now
+    Vector3 relative;  // m, its way past the other one
+    double bend;       // m, by which the middle of the other one leaves the straight way
   };
   struct Candidate {
     uint32_t sweep;
@@ -66,9 +117,48 @@ class Sweeper {
     bool is_sensor;  // one of the two is
   };
 
-  // Whether going so far takes it through nothing that the test at the end would not show.
-  static bool IsSeen(const Shape& shape, const Vector3& way) {
-    return way.norm() <= kUnseenWay * SmallestHalfExtent(shape);
+  // So far it may go and pass through nothing that the test at the end would not show, m.
+  static double UnseenWay(const Shape& shape) { return kUnseenWay * SmallestHalfExtent(shape); }
+
+  bool IsMoved(EntityRow row) const {
+    return world_.active[Index(row)] &&
+           world_.scene.entities[Index(row)]->desc->rigid_body->motion_type == MotionType::kDynamic;
+  }
+
+  // About which it turns, in its frame.
+  Vector3 CenterOf(EntityRow row) const {
+    return IsMoved(row) ? world_.scene.entities[Index(row)]->mass.center_of_mass : Vector3(Vector3::Zero());
+  }
+
+  ImpactMotion MotionOf(const FlownWay& way) const {
+    const uint32_t row = Index(way.row);
+    const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
+    const Pose end = world_.state.pose(way.row);
+    if (!IsMoved(way.row)) return ImpactMotion::Driven(end, linear, angular);
+    return ImpactMotion::Along(way.start, way.time, end, world_.scene.entities[row]->mass, linear, angular,
+                               way.acceleration, way.torque);
+  }
+
+  Vector3 SpinOf(EntityRow row) const {
+    if (!world_.active[Index(row)]) return Vector3::Zero();
+    return world_.state.angular_velocities.col(Index(row));
+  }
+
+  // Of one that is met.
+  ImpactMotion StraightMotionOf(EntityRow target) const {
+    const uint32_t row = Index(target);
+    const Pose now = world_.state.pose(target);
+    const Vector3 linear = VelocityOf(target);
+    const Vector3 spin = SpinOf(target);
+    if (!IsMoved(target)) return ImpactMotion::Driven(now, linear, spin);
+    return ImpactMotion::Free(now, world_.scene.entities[row]->mass, linear, spin, Vector3::Zero());
+  }
+
+  // The same for one that goes its way, as long as another one is not asked for.
+  const ImpactMotion& MotionOn(const FlownWay& way) {
+    if (!motion_ || motion_of_ != &way) motion_ = MotionOf(way);
+    motion_of_ = &way;
+    return *motion_;
   }
 
   // Where many are fast at once, as the links of chains are, one walk over all near pairs is less than a search for
@@ -108,32 +198,23 @@ class Sweeper {
     }
   }
 
-  void Meet(const Candidate& candidate, Swept& swept) const {
+  void Meet(const Candidate& candidate, Swept& swept) {
     const Sweep& sweep = sweeps_[candidate.sweep];
     const GeometryRow other = candidate.other;
-    const FlownWay& way = *sweep.way;
     const EntityRow target = world_.rule.info(other).entity;
     if (world_.flies[target] || (candidate.is_sensor && !world_.scene.world.recorded_events.sensors)) return;
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];
     // Since the target was hit it goes as it does now.
-    const double time = std::min(way.time, std::as_const(world_.free_since)[target]);
-    const Vector3 translation = time / way.time * sweep.translation;
-    const Placement start{sweep.start.position + (sweep.translation - translation), sweep.start.rotation};
-    const Pose now = world_.state.pose(target);
-    const Pose before{now.position - time * VelocityOf(target), now.orientation};
-    const Vector3 relative = translation - (now.position - before.position);
-    // What goes the same way, like the next links of a chain, is not passed.
-    if (IsSeen(sweep.geometry->shape, relative)) return;
-    const Placement target_start = PlacedIn(ToPlacement(before), there.pose_in_entity);
-    const Shape& shape = sweep.geometry->shape;
-    if (StaysClear(shape, start, relative, there.shape, target_start)) return;
-    const std::optional<ShapeHit> hit = SweepShape(shape, start, relative, there.shape, target_start);
-    if (!hit || !(hit->fraction > 0)) return;
-    SweptPair pair{way.row, target, sweep.own, other, (1 - hit->fraction) * time, 0};
-    pair.closing = -relative.dot(hit->normal) / time;
-    if (!candidate.is_sensor && !(pair.closing > speed_.Of(way.row, target, hit->normal))) return;
+    const double time = std::min(sweep.way->time, std::as_const(world_.free_since)[target]);
+    const Encounter encounter = EncounterOf(sweep, target, there, time);
+    if (StaysClear(sweep, encounter, there)) return;
+    const std::optional<Hit> hit =
+        sweep.reach > 0 ? MeetTurning(sweep, encounter, target, there) : MeetStraight(sweep, encounter, there);
+    if (!hit) return;
+    SweptPair pair{sweep.way->row, target, sweep.own, other, hit->time, hit->closing};
+    if (!candidate.is_sensor && !(pair.closing > speed_.Of(sweep.way->row, target, hit->normal))) return;
     if (!world_.rule.Before(sweep.own, other)) {
       std::swap(pair.entity_a, pair.entity_b);
       std::swap(pair.geometry_a, pair.geometry_b);
@@ -141,13 +222,58 @@ class Sweeper {
     (candidate.is_sensor ? swept.visits : swept.hits).push_back(pair);
   }
 
+  Encounter EncounterOf(const Sweep& sweep, EntityRow target, const Geometry& there, double time) const {
+    const Vector3 translation = time / sweep.way->time * sweep.translation;
+    const Pose now = world_.state.pose(target);
+    const Vector3 way = time * VelocityOf(target);
+    const Pose before{now.position - way, now.orientation};
+    return {time,
+            {sweep.start.position + (sweep.translation - translation), sweep.start.rotation},
+            PlacedIn(ToPlacement(before), there.pose_in_entity),
+            translation - way,
+            Bend((there.pose_in_entity.position - CenterOf(target)).norm(), time * SpinOf(target).norm())};
+  }
+
   // Whether even the spheres around both are apart all the way.
-  static bool StaysClear(const Shape& shape, const Placement& start, const Vector3& relative, const Shape& other,
-                         const Placement& place) {
-    const Vector3 between = place.position - start.position;
-    const double nearest = std::clamp(between.dot(relative) / relative.squaredNorm(), 0.0, 1.0);
-    const double reach = BoundingRadius(shape) + BoundingRadius(other);
+  static bool StaysClear(const Sweep& sweep, const Encounter& encounter, const Geometry& there) {
+    const Vector3& relative = encounter.relative;
+    const Vector3 between = encounter.target.position - encounter.start.position;
+    const double square = relative.squaredNorm();
+    const double nearest = square > 0 ? std::clamp(between.dot(relative) / square, 0.0, 1.0) : 0;
+    const double reach =
+        BoundingRadius(sweep.geometry->shape) + BoundingRadius(there.shape) + sweep.bend + encounter.bend;
     return (between - nearest * relative).squaredNorm() > reach * reach;
+  }
+
+  static std::optional<Hit> MeetStraight(const Sweep& sweep, const Encounter& encounter, const Geometry& there) {
+    const auto& [time, start, target, relative, bend] = encounter;
+    const Shape& shape = sweep.geometry->shape;
+    // What goes the same way, like the next links of a chain, is not passed.
+    if (relative.norm() <= UnseenWay(shape)) return std::nullopt;
+    const std::optional<ShapeHit> hit = SweepShape(shape, start, relative, there.shape, target);
+    if (!hit || !(hit->fraction > 0)) return std::nullopt;
+    return Hit{(1 - hit->fraction) * time, -relative.dot(hit->normal) / time, hit->normal};
+  }
+
+  std::optional<Hit> MeetTurning(const Sweep& sweep, const Encounter& encounter, EntityRow target,
+                                 const Geometry& there) {
+    const ImpactMotion& own = MotionOn(*sweep.way);
+    const ImpactMotion others = StraightMotionOf(target);
+    // What goes and turns the same way is not passed.
+    const Vector3 spin = others.angular_velocity();
+    const Vector3 between = own.CenterBefore(0) - others.CenterBefore(0);
+    const double slip = (own.linear_velocity() - others.linear_velocity() - spin.cross(between)).norm() +
+                        (own.angular_velocity() - spin).norm() * sweep.reach;
+    const double unseen = UnseenWay(sweep.geometry->shape);
+    if (slip * encounter.time <= unseen) return std::nullopt;
+    const double reach = (there.pose_in_entity.position - CenterOf(target)).norm() + BoundingRadius(there.shape);
+    const std::optional<TurnedMeeting> meeting =
+        FindTurnedMeeting({own, *sweep.geometry, sweep.reach}, {others, there, IsConvex(there.shape) ? reach : 0},
+                          encounter.time, unseen);
+    if (!meeting) return std::nullopt;
+    const Vector3 approach = own.BodyBefore(meeting->time).VelocityAt(meeting->position) -
+                             others.BodyBefore(meeting->time).VelocityAt(meeting->position);
+    return Hit{meeting->time, -approach.dot(meeting->normal), meeting->normal};
   }
 
   // By which it came to where it is.
@@ -161,6 +287,8 @@ class Sweeper {
   const NearPairs& near_;
   ImpactSpeed speed_;
   std::vector<Sweep> sweeps_;
+  std::optional<ImpactMotion> motion_;
+  const FlownWay* motion_of_ = nullptr;
   std::vector<Candidate> candidates_;
   bool is_known_ = false;  // some candidates are among the near pairs
 };

@@ -13,9 +13,9 @@ struct Swept {
   std::vector<SweptPair> visits;  // of sensors, or by them
 };
 
-/// What the bodies of `ways` flew into on their ways and may be out of again, for those that went so far that the test
-/// at the end may have missed it. Geometries are taken along the chord of their way, without turning, and those that
-/// they meet along theirs.
+/// What the bodies of `ways` flew into on their ways and may be out of again, for those that went or turned so far that
+/// the test at the end may have missed it. What hardly turns is taken along the chord of its way. Those that they meet
+/// are taken to have gone straight, as they go now.
 Swept FindSwept(const ImpactWorld& world, const NearPairs& near, std::span<const FlownWay> ways, double step_size);
 
 }  // namespace genphys

@@ -1,0 +1,137 @@
+// What turns fast may pass through something thin between two substeps. Known are Newton's law and what it keeps.
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/energy.h"
+#include "support/joints.h"
+#include "support/random.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(ImpactsOfTurning, Claim::kContacts, Claim::kRestitution, Claim::kBox);
+
+constexpr double kStep = 1.0 / 60;
+constexpr double kRadius = 0.03;     // of the ball
+constexpr double kThickness = 0.01;  // half of it, of the blade
+constexpr double kBallMass = 0.2;
+// Of the blade of 1 kg about its middle, kg*m^2.
+constexpr double kInertia = (1 + kThickness * kThickness) / 3;
+
+EntityDesc Elastic(EntityDesc desc) {
+  desc.rigid_body->geometries[0].material.restitution = 1;
+  desc.rigid_body->geometries[0].material.friction = 0;
+  return desc;
+}
+
+// Two metres long, about the origin, turned by `angle` about z.
+EntityDesc Blade(double angle, double spin) {
+  EntityDesc blade = Elastic(Body(Box{{1, kThickness, kThickness}}, Vector3::Zero()));
+  blade.pose.orientation = Quaternion(Eigen::AngleAxisd(angle, Vector3::UnitZ()));
+  blade.rigid_body->angular_velocity = {0, 0, spin};
+  return blade;
+}
+
+// A blade comes upon a ball at rest.
+struct Stroke {
+  double spin;   // rad/s
+  double ahead;  // rad, from the blade to the ball
+  double arm;    // m, from the middle of the blade to where it hits
+  Vector3 ball;
+};
+
+Stroke RandomStroke(Random& random) {
+  const double spin = random.LogUniform(3, 100), ahead = random.Uniform(0.3, 1.2), distance = random.Uniform(0.3, 0.9);
+  return {spin, ahead, std::sqrt(distance * distance - std::pow(kRadius + kThickness, 2)),
+          distance * Vector3(std::cos(ahead), std::sin(ahead), 0)};
+}
+
+int StepsOf(const Stroke& stroke) { return static_cast<int>(stroke.ahead / stroke.spin / kStep) + 1; }
+
+TEST_P(ImpactsOfTurning, MissNothingThatAFreeBladeComesUpon) {
+  Proves({Claim::kSphere});
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const Stroke stroke = RandomStroke(random);
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+    Add(*world, Blade(0, stroke.spin));
+    const EntityId ball = Add(*world, Elastic(Ball(stroke.ball, kRadius, kBallMass)));
+    const double before = KineticEnergyOf(*world);
+    Steps(*world, StepsOf(stroke));
+    const double share = stroke.arm * stroke.arm / kInertia + 1 + 1 / kBallMass;
+    const double speed = 2 * stroke.spin * stroke.arm / (kBallMass * share);
+    EXPECT_NEAR(VelocityOf(*world, ball).norm(), speed, 1e-5 * speed);
+    EXPECT_NEAR(KineticEnergyOf(*world), before, 1e-12 * before);
+  }
+}
+
+TEST_P(ImpactsOfTurning, MissNothingThatABladeOnAHingeComesUpon) {
+  Proves({Claim::kSphere, Claim::kJointHinge});
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const Stroke stroke = RandomStroke(random);
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+    const EntityId blade = Add(*world, Blade(0, stroke.spin));
+    Join(*world, ToWorld(blade, HingeJoint{}, FrameAlong(Vector3::UnitZ())));
+    const EntityId ball = Add(*world, Elastic(Ball(stroke.ball, kRadius, kBallMass)));
+    Steps(*world, StepsOf(stroke));
+    const double share = stroke.arm * stroke.arm / kInertia + 1 / kBallMass;
+    const double speed = 2 * stroke.spin * stroke.arm / (kBallMass * share);
+    EXPECT_NEAR(VelocityOf(*world, ball).norm(), speed, 1e-5 * speed);
+  }
+}
+
+TEST_P(ImpactsOfTurning, MissNothingThatABladeOnItsGivenWayComesUpon) {
+  Proves({Claim::kSphere, Claim::kKinematicPush});
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const Stroke stroke = RandomStroke(random);
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+    EntityDesc blade = Blade(0, stroke.spin);
+    blade.rigid_body->motion_type = MotionType::kKinematic;
+    Add(*world, blade);
+    const EntityId ball = Add(*world, Elastic(Ball(stroke.ball, kRadius, kBallMass)));
+    Steps(*world, StepsOf(stroke));
+    const double speed = 2 * stroke.spin * stroke.arm;
+    EXPECT_NEAR(VelocityOf(*world, ball).norm(), speed, 1e-5 * speed);
+  }
+}
+
+// Side by side at first, they turn against each other.
+TEST_P(ImpactsOfTurning, KeepTheEnergyOfBladesThatCross) {
+  int hits = 0;
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+    const double spin = random.LogUniform(5, 60);
+    const EntityId a = Add(*world, Blade(0, spin));
+    EntityDesc other = Blade(random.Uniform(-0.2, 0.2), -random.LogUniform(5, 60));
+    other.pose.position = {random.Uniform(-0.5, 0.5), random.Uniform(0.5, 1.5), 0};
+    Add(*world, other);
+    const double before = KineticEnergyOf(*world);
+    Steps(*world, 30);
+    hits += std::abs(SpinOf(*world, a).z() - spin) > 1e-6;
+    EXPECT_NEAR(KineticEnergyOf(*world), before, 1e-9 * before);
+  }
+  EXPECT_GT(hits, 40);
+}
+
+// All around sweeps over what lies beneath, and touches nothing.
+TEST_P(ImpactsOfTurning, LeaveAloneWhatTurnsCloselyAboveAFloor) {
+  const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+  EntityDesc floor = Elastic(Block({0, 0, -0.5 - 1e-4}, {3, 3, 0.5}));
+  Add(*world, floor);
+  EntityDesc blade = Blade(0, 100);
+  blade.pose.position.z() = kThickness;
+  const EntityId id = Add(*world, blade);
+  Steps(*world, 60);
+  EXPECT_EQ(SpinOf(*world, id), Vector3(0, 0, 100));
+  EXPECT_EQ(VelocityOf(*world, id), Vector3::Zero());
+}
+
+}  // namespace
+}  // namespace genphys::testing
