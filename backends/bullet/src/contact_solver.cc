@@ -241,14 +241,20 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // contacts, nothing slips before a solve that would tell its direction, but what friction did in the last one tells
   // it.
   const btVector3 run = ToBullet(pair.surface_velocity);
-  btVector3 slip = VelocityAt(a, place) - VelocityAt(b, place) - run;
-  slip -= push * push.dot(slip);
+  const auto along_surface = [&](const btVector3& v) { return v - push * push.dot(v); };
+  const btVector3 slip = along_surface(VelocityAt(a, place) - VelocityAt(b, place) - run);
   const double ease = normal.mobility;
   const double inverse_mass = a.internalGetInvMass().x() + b.internalGetInvMass().x();
+  const double soon = std::max(inverse_mass * grip.load, kGravity * point.friction * info_.m_timeStep);
+  const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity) - run);
+  const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;
   const bool bears = grip.bears && slip.length() <= kKnownPart * inverse_mass * grip.load;
   btVector3 along = slip;
   if (bears) {
     along += ease / grip.count * grip.braked;
+  } else if (slides) {
+    // In the middle of the step, which is of second order.
+    along = sliding;
   } else if (grip.is_on_ground) {
     // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
     // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
@@ -268,15 +274,12 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
   // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
   // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
-  // other, unless it slides: what it is held in one direction by would hold it in the other, too. So is what may slip
-  // soon, or it would by what is left over across the load, and among few points all that bears a load.
-  const double soon = std::max(inverse_mass * grip.load, kGravity * point.friction * info_.m_timeStep);
-  const bool slides = grip.load > 0 && slip.length() > kSlides * soon;
+  // other. So is what may slip soon, or it would by what is left over across the load, and among few points all that
+  // bears a load. But not what slides: what it is held in one direction by would hold it in the other, too.
+  const bool is_held = is_direct_ || (added.is_of_few && grip.bears && !grip.is_on_a_line);
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
-  if (bears || ((is_direct_ || (added.is_of_few && grip.bears && !grip.is_on_a_line)) && !slides) ||
-      (grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]))) {
-    AddFriction(directions[1], surface);
-  }
+  const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
+  if (bears || ((is_held || may_roll) && !slides)) AddFriction(directions[1], surface);
 }
 
 void ContactSolver::AddFriction(const btVector3& direction, const Surface& surface) {

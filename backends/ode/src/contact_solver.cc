@@ -54,7 +54,7 @@ constexpr double kSlipGate = 0.02 * kGravity;
 // What slips in one step by less than friction stops in this part of it is held where it is rather than braked.
 constexpr double kHeldPart = 0.8;
 // What is so many times as fast as friction at one of its points slows it down in a step slides on for some steps.
-constexpr double kSlides = 16;
+constexpr double kSlides = 4;
 // rad/s^2: the same as the gate of a slip, of a direction of rolling.
 constexpr double kRollGate = 0.2;
 
@@ -96,21 +96,25 @@ double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trac
 
 // Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
 // way it goes; the engine's own axes would brake a diagonal one more.
-// What slips much faster than friction could stop it soon has none across its slip: what holds it in one direction
-// would be held in the other, too, and a push across it, however small, moves it.
+// What slips much faster than friction could stop it soon is braked against its slip in the middle of the step, which
+// is of second order, and has no friction across that: what holds it in one direction would be held in the other, too,
+// and a push across it, however small, moves it.
 void SetFriction(const ContactConstraint& contact, const Vector3& slip, double soon, double step_size, dContact& to) {
   to.surface.mu = contact.friction;
-  const double speed = slip.norm();
+  const double speed = slip.norm(), sliding = contact.slip.norm();
+  const double fast = kSlides * std::max(soon, kGravity * contact.friction * step_size);
+  if (speed > fast && sliding > fast) {
+    to.surface.mode |= dContactFDir1 | dContactAxisDep;
+    ToOde(contact.slip / sliding, to.fdir1);
+    to.surface.mu2 = 0;
+    return;
+  }
   // However little pulls at a smooth or light body, that is no noise where it is about what friction bears there.
   const double pressed = std::abs(contact.relative_velocity.dot(contact.normal));
   const bool slips = pressed > 0 && speed > kHeldPart * contact.friction * pressed;
   if (speed > kSlipGate * step_size || slips) {
     to.surface.mode |= dContactFDir1;
     ToOde(slip / speed, to.fdir1);
-  }
-  if (speed > kSlides * std::max(soon, kGravity * contact.friction * step_size)) {
-    to.surface.mode |= dContactAxisDep;
-    to.surface.mu2 = 0;
   }
 }
 
@@ -294,12 +298,6 @@ bool ContactSolver::MayBeDirect(size_t contacts, size_t rows, double spread) {
 
 bool ContactSolver::MayShareFriction(size_t contacts) { return 3 * contacts * kPresetIterations >= kRowUpdates; }
 
-bool ContactSolver::Slides(const ContactPair& pair, const ContactPoint& point, double step_size) {
-  const Vector3 over = point.relative_velocity + pair.surface_velocity;
-  const Vector3 slip = over - point.normal * point.normal.dot(over);
-  return slip.norm() > kSlides * kGravity * point.friction * step_size;
-}
-
 void ContactSolver::Reserve(size_t contacts, size_t held, size_t rows, bool direct) {
   if (feedback_.size() < contacts) feedback_.resize(contacts);
   // The composer keeps where its rows are.
@@ -347,11 +345,7 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   if (is_shared) {
     ShareFriction(contact, slip, step_size_, ode_contact);
   } else {
-    // What nothing else holds sways less along its way with a row across that. What slides along two surfaces is
-    // pressed by each against what holds it across its way on the other, and that would press back.
-    const bool may_slide = (is_direct_ || contact.is_running || contact.is_wedged) && contact.grip > 0;
-    const double soon = may_slide ? InverseMass(contact) * contact.grip : std::numeric_limits<double>::infinity();
-    SetFriction(contact, slip, soon, step_size_, ode_contact);
+    SetFriction(contact, slip, InverseMass(contact) * contact.grip, step_size_, ode_contact);
   }
   if (resists_turning) SetTorsion(contact, ode_contact);
   SetOtherVelocity(contact, ode_contact);

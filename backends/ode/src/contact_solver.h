@@ -38,13 +38,12 @@ struct ContactConstraint {
   Vector3 normal = Vector3::UnitZ();            // unit length, into `body`
   double depth = 0;                             // m
   double friction = 0;                          // Coulomb coefficient
-  Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s: the slip
+  Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s
+  Vector3 slip = Vector3::Zero();               // m/s, of that along the surface, in the middle of the step
   // m/s, at the point, at which there is none: of an immovable other side, less how the surface of `body` runs.
   Vector3 other_velocity = Vector3::Zero();
   Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
   double grip = 0;                   // N*s, the most that it could have been
-  bool is_running = false;           // a surface of it runs over its body
-  bool is_wedged = false;            // one of the two also slides along what faces another way
   ErrorCorrection correction;
   // Along which of two axes it holds for others of its pair, too, if they share the work of friction among them.
   std::optional<uint32_t> shared_axis;
@@ -90,8 +89,6 @@ class ContactSolver {
   /// Whether an island has so many contacts that points of a pair may share the work of friction.
   static bool MayShareFriction(size_t contacts);
 
-  /// Whether it slips so fast that friction will not stop it for some steps of `step_size` seconds.
-  static bool Slides(const ContactPair& pair, const ContactPoint& point, double step_size);
   /// Tells how many contacts, how many of them with something given, and rows of joints will be added at most, and
   /// whether they are solved all at once; must be called before the first.
   void Reserve(size_t contacts, size_t held, size_t rows, bool direct);

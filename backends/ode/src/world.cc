@@ -300,7 +300,7 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   LoadBodies(state);
   const bool is_given = StartsFromGiven(way);
   solver_->Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
-  LoadContacts(step_size, way, state, contacts);
+  LoadContacts(way, state, contacts);
   LoadRows(state, joint_rows);
   if (way == Way::kDirect) {
     if (!StepDirectly()) return GiveUpDirect();
@@ -391,22 +391,12 @@ void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
   }
 }
 
-void World::LoadContacts(double step_size, Way way, const StateArrays& state, const ContactBuffer& contacts) {
+void World::LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
   const auto is_solved = [&](const ContactPair& pair) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
     return !pair.is_sensor && island != Islands::kNone && pushes_[island].way == way;
   };
-  wedged_.Begin(solved_rows_.size());
-  for (const ContactPair& pair : contacts.pairs) {
-    if (!is_solved(pair)) continue;
-    for (const ContactPoint& point : std::span(contacts.points).subspan(pair.first_point, pair.point_count)) {
-      if (!ContactSolver::Slides(pair, point, step_size)) continue;
-      for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
-        wedged_.Note(bodies_[Index(row)].solved_as, point.normal);
-      }
-    }
-  }
   for (const ContactPair& pair : contacts.pairs) {
     if (!is_solved(pair)) continue;
     const Side a = SideOf(pair.entity_a, state);
@@ -432,7 +422,8 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   const bool moves_by_itself = other.solved_as == kUnsolved;
   const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
   // How the surface of the pushed side runs against that of the other.
-  const Vector3 run = sign * (pair.surface_velocity - point.normal * point.normal.dot(pair.surface_velocity));
+  const auto across = [&](const Vector3& v) { return Vector3(sign * (v - point.normal * point.normal.dot(v))); };
+  const Vector3 run = across(pair.surface_velocity);
   const WarmStart::Recalled& recalled = recalled_[index];
   const bool may_share = ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
   const bool is_given = StartsFromGiven(pushes_[island].way);
@@ -444,11 +435,10 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                        .depth = given.isZero(0) ? point.depth : held_depth,
                        .friction = point.friction,
                        .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
+                       .slip = across(point.relative_velocity) + run,
                        .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
                        .braked = sign * recalled.braked,
                        .grip = recalled.grip,
-                       .is_running = !pair.surface_velocity.isZero(0),
-                       .is_wedged = wedged_[a.solved_as] || wedged_[b.solved_as],
                        .correction = pair.correction,
                        .shared_axis = may_share ? recalled.shared_axis : std::nullopt,
                        .rolling_friction = pair.material.rolling_friction,

@@ -12,7 +12,6 @@
 #include "genphys/islands.h"
 #include "shapes.h"
 #include "warm_start.h"
-#include "wedged.h"
 
 namespace genphys::ode_backend {
 
@@ -97,7 +96,7 @@ class World final : public BackendWorld {
   void GiveUpUnheld(Way way, const ContactBuffer& contacts);
   void LoadBodies(const StateArrays& state);
   void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
-  void LoadContacts(double step_size, Way way, const StateArrays& state, const ContactBuffer& contacts);
+  void LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts);
   size_t CountContacts(const ContactBuffer& contacts) const;
   size_t CountGiven() const;
   void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b,
@@ -124,7 +123,6 @@ class World final : public BackendWorld {
   };
   // Kept between calls for their memory only.
   std::vector<EntityRow> held_rows_;
-  Wedged wedged_;
   std::vector<EntityRow> solved_rows_;  // of the group that is being solved
   Islands islands_;
   std::vector<Pushes> pushes_;        // by island
