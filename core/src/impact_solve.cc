@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "disjoint_sets.h"
+#include "impact_newton.h"
 #include "settling.h"
 
 namespace genphys {
@@ -24,6 +25,8 @@ constexpr double kLittle = 1e-4;
 // So few blows that hit each other are each brought all the way in their turns: of two that take friction from each
 // other, 15 sweeps do what else takes 60. Of more, those turns cost more than the sweeps that they save.
 constexpr size_t kFewBlows = 3;
+// Of masses.
+constexpr double kUneven = 8;
 // Kinetic energy may grow by rounding only.
 constexpr double kEnergySlack = 1e-12;
 // The part of it that may be lost where a law asks for more than there is.
@@ -67,19 +70,23 @@ class Groups {
 // while one leaves faster than the other: what is left of that no sweep takes away.
 class Progress {
  public:
-  // Whether a sweep that changed `largest` (m/s) left little, and was one of some that hardly changed less and less.
-  bool IsStuck(double largest) {
+  // A sweep changed no more than that, m/s.
+  void Note(double largest) {
     first_ = std::max(first_, largest);
+    last_ = largest;
     ++since_;
     if (largest <= least_ / 2) {
       least_ = largest;
       since_ = 0;
     }
-    return since_ >= kPatience && largest <= kLittle * first_;
   }
+  bool IsLittleLeft() const { return last_ <= kLittle * first_; }
+  // Little is left, and the last sweeps hardly changed less and less.
+  bool IsStuck() const { return since_ >= kPatience && IsLittleLeft(); }
 
  private:
   double first_ = 0;
+  double last_ = 0;
   double least_ = std::numeric_limits<double>::infinity();
   int since_ = 0;  // sweeps since it was halved
 };
@@ -124,8 +131,10 @@ class Group {
         if (change > kSettled) NoteChange(settling.blow(), sweep);
         largest = std::max(largest, change);
       }
-      if (largest <= kSettled || progress.IsStuck(largest)) return;
+      progress.Note(largest);
+      if (largest <= kSettled || progress.IsStuck()) return;
     }
+    if (!progress.IsLittleLeft() && IsUneven()) SettleAtOnce();
   }
 
   void Restitute() {
@@ -137,6 +146,37 @@ class Group {
   }
 
  private:
+  // Whether it is small enough to be looked at as a whole, and of such masses that it may take sweeps too many.
+  bool IsUneven() const {
+    if (blows_.size() > kBlowsAtOnce || !ties_.empty()) return false;
+    double lightest = 0, heaviest = std::numeric_limits<double>::infinity();
+    for (const Settling& settling : blows_) {
+      for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) {
+        const double inverse_mass = bodies_[body].inverse_mass;
+        if (inverse_mass == 0) continue;
+        lightest = std::max(lightest, inverse_mass);
+        heaviest = std::min(heaviest, inverse_mass);
+      }
+    }
+    return lightest > kUneven * heaviest;
+  }
+
+  // What sweeps did not bring to its end.
+  void SettleAtOnce() {
+    std::vector<Blow> blows;
+    std::vector<StruckBody> bodies(bodies_.begin(), bodies_.end());
+    for (Settling& settling : blows_) {
+      settling.Finish();
+      blows.push_back(settling.blow());
+      for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) {
+        bodies[body].linear_velocity = speeds_[body].linear.head<3>();
+        bodies[body].angular_velocity = speeds_[body].angular.head<3>();
+      }
+    }
+    if (!SolveAtOnce(blows, bodies)) return;
+    for (size_t i = 0; i < blows_.size(); ++i) blows_[i].Take(blows[i], speeds_);
+  }
+
   // Whom it hits, and all that are tied to these.
   template <typename Visit>
   void VisitMoved(const Blow& blow, Visit&& visit) const {

@@ -102,6 +102,13 @@ void Settling::Finish() {
   blow_->rubbing = impulse_[1] * first_ + impulse_[2] * second_;
 }
 
+void Settling::Take(const Blow& solved, std::span<Speeds> speeds) {
+  const Vector3 wanted(solved.impulse, solved.rubbing.dot(first_), solved.rubbing.dot(second_));
+  const Vector3 change = wanted - impulse_;
+  impulse_ = wanted;
+  for (int i = 0; i < 3; ++i) along_[i].Push(change[i], speeds[blow_->body_a], speeds[blow_->body_b]);
+}
+
 double Settling::Relax(std::span<Speeds> speeds, std::span<const Passed> passed) {
   const double parted = Separate(speeds, passed);
   return std::max(parted, Rub(speeds, passed));

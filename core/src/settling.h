@@ -93,6 +93,8 @@ class Settling {
   }
   /// Tells the blow what it came to.
   void Finish();
+  /// Comes to the impulses of `solved`, which is this blow; nobody is tied.
+  void Take(const Blow& solved, std::span<Speeds> speeds);
 
   /// Brings the blow to what it is to be, as all others are now: all the way, or by one turn of its normal and then one
   /// of its friction, which costs less, and is all that is done where joints or locked axes hold a body. Both return by
