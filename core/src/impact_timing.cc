@@ -70,7 +70,7 @@ bool Impacts::WereApart(const ContactPair& pair, double time, double speed) cons
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
   // Alone it would leave behind whom joints hold together with it.
   if (IsLinked(row)) return rewinds_ && GroupOf(row)->is_tied;
-  return candidate.is_held || speed_.IsInFlight(row);
+  return candidate.is_held || speed_.IsInFlight(row) || (rewinds_ && StandsOnGround(row));
 }
 
 const Geometry& Impacts::GeometryAt(GeometryRow row) const {
@@ -86,7 +86,8 @@ Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double ti
 
 // What holds a body takes away what pulls at it.
 Vector3 Impacts::PullOn(EntityRow row) const {
-  return speed_.IsInFlight(row) ? world_.accelerations[row] : Vector3(Vector3::Zero());
+  if (speed_.IsInFlight(row)) return world_.accelerations[row];
+  return StandsOnGround(row) ? CourseOf(row) : Vector3(Vector3::Zero());
 }
 
 ImpactMotion Impacts::MotionOf(EntityRow entity) const {

@@ -67,15 +67,17 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   ways_ = flown;
   Find(contacts, changed, swept);
   if (candidates_.empty()) return false;
+  FindStances(contacts);
   FindGroups();
   KeepEarliest();
   for (Candidate& candidate : candidates_) {
     if (candidate.time > 0 && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
   }
-  CollectStruck();
+  CollectStruck(contacts);
   blows_.clear();
   blow_pairs_.clear();
   for (const Candidate& candidate : candidates_) AddBlows(contacts, candidate);
+  if (!blows_.empty()) AddSupportBlows();
   if (!blows_.empty()) {
     Separate();
     Record();
@@ -232,7 +234,7 @@ void Impacts::AddStruck(EntityRow row, const Candidate& candidate) {
   if (GoesBack(row, candidate)) struck.time = std::max(struck.time, candidate.time);
 }
 
-void Impacts::CollectStruck() {
+void Impacts::CollectStruck(const ContactBuffer& contacts) {
   struck_.clear();
   bodies_.clear();
   for (const Candidate& candidate : candidates_) {
@@ -240,6 +242,7 @@ void Impacts::CollectStruck() {
     AddStruck(candidate.pair.entity_b, candidate);
   }
   TieStruck();
+  AddSupports(contacts);
   for (const Struck& struck : struck_) {
     StruckBody& body = bodies_.emplace_back(struck.motion.BodyBefore(struck.time));
     if (struck.motion.is_movable()) HoldLocked(struck.row, body);
@@ -296,7 +299,13 @@ void Impacts::Separate() {
 // How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.
 std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
-  for (size_t i = 0; i < struck_.size(); ++i) ends.push_back(struck_[i].motion.Coast(bodies_[i], struck_[i].time));
+  for (size_t i = 0; i < struck_.size(); ++i) {
+    const Struck& struck = struck_[i];
+    ends.push_back(struck.motion.Coast(bodies_[i], struck.time));
+    // What it stands on holds it as far as it does so now.
+    if (!StandsOnGround(struck.row)) continue;
+    ends.back().linear_velocity = bodies_[i].linear_velocity + struck.time * world_.accelerations[struck.row];
+  }
   PushOn(ends);
   std::vector<Blow> supports;
   for (size_t i = 0; i < blows_.size(); ++i) {
@@ -357,6 +366,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     world_.state.linear_velocities.col(row) = linear;
     world_.state.angular_velocities.col(row) = angular;
     half.is_struck = true;
+    if (StandsOnGround(struck.row)) half.Restart();
     half.velocity += gained;
     half.momentum += ends[i].tensor * turned;
   }

@@ -55,6 +55,7 @@ struct ImpactWorld {
   RowValues<int>& swept_index;   // the same, of sweeps
   RowValues<double>& earliest;
   RowValues<double>& free_since;  // s before the end
+  RowValues<uint8_t>& stances;    // of who is pressed against something
 };
 
 /// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
@@ -93,10 +94,10 @@ struct SweptPair {
 
 /// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
 /// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
-/// laws of Newton and Coulomb, and run forward again. What contacts hold goes back along its way when it meets
-/// something new that is held as well, as if it were held all the time; what something lands on is not taken back: of
-/// it the velocities alone change. Joints pass a blow on to all that they hold, and all that go back together and
-/// forward again as joints let them.
+/// laws of Newton and Coulomb, and run forward again. What stands on the ground goes back along its way, too, and the
+/// ground takes part in the blow. What lies among others that move goes back when it meets something new that is held
+/// as well, as if it were held all the time; of that on which something lands the velocities alone change. Joints pass
+/// a blow on to all that they hold, and all that go back together and forward again as joints let them.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
@@ -179,7 +180,7 @@ class Impacts {
   void KeepEarliest();
   void Refine(Candidate& candidate) const;
   double ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const;
-  void CollectStruck();
+  void CollectStruck(const ContactBuffer& contacts);
   void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   void Separate();
@@ -192,6 +193,15 @@ class Impacts {
   // Of the row in struck_, to which it is added unless it is there.
   uint32_t NumberOf(EntityRow row);
   void AddStruck(EntityRow row, const Candidate& candidate);
+  // What stands on the ground (impact_supports.cc).
+  void FindStances(const ContactBuffer& contacts);
+  bool IsWoken(EntityRow row) const;
+  void NoteStance(const ContactPair& pair);
+  bool IsMovable(EntityRow row) const;
+  bool StandsOnGround(EntityRow row) const;
+  void AddSupports(const ContactBuffer& contacts);
+  void AddSupportBlows();
+  Vector3 CourseOf(EntityRow row) const;
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
   const Group* GroupOf(EntityRow row) const;
@@ -227,6 +237,8 @@ class Impacts {
   std::vector<ContactPair> parting_;  // overlap, and part at the end
   std::span<const FlownWay> ways_;    // by row
   std::vector<Group> groups_;         // of the candidates
+  std::vector<Candidate> supports_;   // on what those stand that are struck
+  bool knows_stances_ = false;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_
   std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them

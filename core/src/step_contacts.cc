@@ -101,7 +101,8 @@ ImpactWorld StepRun::Surroundings() {
           .struck_index = scratch_.struck_index,
           .swept_index = scratch_.swept_index,
           .earliest = scratch_.earliest,
-          .free_since = scratch_.free_since};
+          .free_since = scratch_.free_since,
+          .stances = scratch_.stances};
 }
 
 // Where a kinematic entity was `time` seconds ago.
@@ -220,6 +221,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     FillRelativeVelocities(looked_at);
   }
   scratch_.free_since.Clear();
+  scratch_.stances.Clear();
   world_.near_->PutInOrder(world_.contacts_);
   touches_.AddSolved(impacts.impulses());
   if (after_move) AddVisits();

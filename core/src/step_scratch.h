@@ -27,6 +27,7 @@ struct StepScratch {
   RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<int> places{-1};                          // among those that may fall asleep
   RowValues<double> earliest{0};                      // of impacts, s before the end
+  RowValues<uint8_t> stances{0};                      // of who is pressed against something
   RowValues<double> free_since{kAlwaysFree};          // its last impact in this substep, s before the end
   RowMarks flew;                                      // in flight before the solve
   RowMarks jolted;                                    // the last solve gave it a blow
@@ -46,8 +47,8 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          group_of, swept_index, places, earliest, free_since, flew, jolted, jointed, linked, held, changed, moved,
-          tested, flies, steered, strays, pushed);
+          group_of, swept_index, places, earliest, free_since, stances, flew, jolted, jointed, linked, held, changed,
+          moved, tested, flies, steered, strays, pushed);
   }
 };
 

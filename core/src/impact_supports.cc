@@ -1,0 +1,102 @@
+// What stands on the ground and is hit. The ground takes part in the blow, so that nothing is driven into it, and the
+// body goes back to the time of the blow like one that flies, for it may be thrown along the ground then.
+#include <algorithm>
+
+#include "impacts.h"
+
+namespace genphys {
+namespace {
+
+enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
+
+template <typename Is>
+bool HasPoint(const ContactBuffer& contacts, const ContactPair& pair, Is is) {
+  return !pair.is_sensor &&
+         std::ranges::any_of(std::span(contacts.points).subspan(pair.first_point, pair.point_count), is);
+}
+
+}  // namespace
+
+// Finds out who is pressed against something. Who bears others or is borne by them would have to take all of them
+// along.
+void Impacts::FindStances(const ContactBuffer& contacts) {
+  if (!rewinds_) return;
+  if (!knows_stances_) {
+    knows_stances_ = true;
+    const auto presses = [](const ContactPoint& point) { return point.normal_impulse > 0; };
+    for (const ContactPair& pair : world_.solved.pairs) {
+      if (HasPoint(world_.solved, pair, presses)) NoteStance(pair);
+    }
+  }
+  const auto wakes = [&](EntityRow row) { return IsMovable(row) && IsWoken(row); };
+  const auto wakes_one = [&](const Candidate& candidate) {
+    return wakes(candidate.pair.entity_a) || wakes(candidate.pair.entity_b);
+  };
+  if (std::ranges::none_of(candidates_, wakes_one)) return;
+  // No solve knows yet on what those lie that were woken just now.
+  const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
+  for (const ContactPair& pair : contacts.pairs) {
+    if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
+    const bool comes = speed_.IsStillFree(pair);
+    if (!comes && HasPoint(contacts, pair, touches)) NoteStance(pair);
+  }
+}
+
+bool Impacts::IsWoken(EntityRow row) const {
+  const HalfStep& half = world_.layer.half_steps[Index(row)];
+  return !half.has_past && !half.in_flight;
+}
+
+void Impacts::NoteStance(const ContactPair& pair) {
+  const bool is_movable_a = IsMovable(pair.entity_a), is_movable_b = IsMovable(pair.entity_b);
+  const Stance stance = is_movable_a && is_movable_b ? kAmongOthers : kOnGround;
+  if (is_movable_a) world_.stances[pair.entity_a] |= stance;
+  if (is_movable_b) world_.stances[pair.entity_b] |= stance;
+}
+
+bool Impacts::IsMovable(EntityRow row) const {
+  return world_.active[Index(row)] && world_.scene.entities[Index(row)]->traits.is_dynamic;
+}
+
+bool Impacts::StandsOnGround(EntityRow row) const {
+  return std::as_const(world_.stances)[row] == kOnGround && !world_.jointed[row];
+}
+
+// Adds on what those stand that are struck.
+void Impacts::AddSupports(const ContactBuffer& contacts) {
+  supports_.clear();
+  const auto stands = [&](const Struck& struck) { return StandsOnGround(struck.row); };
+  if (std::ranges::none_of(struck_, stands)) return;
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor || CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    const auto is_borne = [&](EntityRow row) {
+      return std::as_const(world_.struck_index)[row] >= 0 && StandsOnGround(row);
+    };
+    const bool is_borne_a = is_borne(pair.entity_a), is_borne_b = is_borne(pair.entity_b);
+    if (is_borne_a ? IsMovable(pair.entity_b) : !is_borne_b || IsMovable(pair.entity_a)) continue;
+    const EntityRow borne = is_borne_a ? pair.entity_a : pair.entity_b;
+    supports_.push_back({.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
+    NumberOf(is_borne_a ? pair.entity_b : pair.entity_a);
+  }
+}
+
+void Impacts::AddSupportBlows() {
+  for (const Candidate& support : supports_) {
+    Manifold manifold;
+    FindMeeting(support.pair, support.time, support.time, kFlatGap, manifold);
+    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
+      AddBlow(support, point.position, point.normal);
+    }
+  }
+}
+
+// What sped up a body on the ground on its way to where it is, m/s^2.
+Vector3 Impacts::CourseOf(EntityRow row) const {
+  const auto way = std::ranges::lower_bound(ways_, row, {}, &FlownWay::row);
+  const bool was_hit = std::as_const(world_.free_since)[row] < step_size_;
+  if (was_hit && way != ways_.end() && way->row == row) return way->acceleration;
+  if (was_hit || world_.jolted[row] || IsWoken(row)) return Vector3::Zero();
+  return world_.accelerations[row] + world_.layer.half_steps[Index(row)].held_rate;
+}
+
+}  // namespace genphys
