@@ -237,6 +237,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   const EntityRow row{slot};
   SceneEntity& entity = *scene_.entities[slot];
   const EntityFields& fields = command.fields;
+  const bool is_locked_otherwise = entity.desc->rigid_body && desc->rigid_body &&
+                                   entity.desc->rigid_body->locked_axes != desc->rigid_body->locked_axes;
   if ((fields.bits & kShapedBy) != 0) {
     const bool had_body = entity.desc->rigid_body.has_value();
     const Vector3 linear = state_.linear_velocities.col(slot), angular = state_.angular_velocities.col(slot);
@@ -285,6 +287,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   const EntityDesc& now = *entity.desc;
   if ((fields.bits & kMovedBy) != 0) Halt(command.id);
   if (fields.Has(EntityField::kLockedAxes)) DropLockedOf(row);
+  // What locks held back is not owed to it.
+  if (is_locked_otherwise) layer_.half_steps[slot].Restart();
   if (fields.Has(EntityField::kPose) || fields.Has(EntityField::kLinearVelocity) ||
       fields.Has(EntityField::kAngularVelocity)) {
     ForgetSample(command.id);

@@ -136,5 +136,23 @@ TEST_P(HeldOtherwise, AMotorThatTurnsRoundPushesTheOtherWayAtOnce) {
   }
 }
 
+TEST_P(HeldOtherwise, WhoseAxesAreUnlockedGoesAtOnce) {
+  Proves({Claim::kLockedAxes, Claim::kKineticFriction, Claim::kLiveChange});
+  constexpr double kPull = 5, kTime = 0.5;
+  WorldDesc desc{.engine = GetParam(), .gravity = {kPull, 0, -kGravity}, .stepper = {.step_size = kStep}};
+  desc.default_material.friction = kFriction;
+  desc.default_auto_disable.enabled = false;
+  const auto world = testing::MakeWorld(desc);
+  EntityDesc box = Body(Box{{0.5, 0.5, 0.1}}, {0, 0, 0.1});
+  box.rigid_body->locked_axes.linear = {true, false, false};
+  const EntityId id = Add(*world, box);
+  Steps(*world, 30);
+  EXPECT_NEAR(PositionOf(*world, id).x(), 0, kTouch);
+  box.rigid_body->locked_axes = {};
+  Do(*world, UpdateEntity{.id = id, .entity = box, .fields = {static_cast<uint32_t>(EntityField::kLockedAxes)}});
+  Steps(*world, 30);
+  EXPECT_NEAR(PositionOf(*world, id).x(), (kPull - kFriction * kGravity) * kTime * kTime / 2, kAtOnce);
+}
+
 }  // namespace
 }  // namespace genphys::testing
