@@ -30,6 +30,9 @@ double TurnedWay(const Geometry& geometry, const Pose& pose, const Vector3& turn
 // How far an arc leaves its chord, m.
 double Bend(double arm, double angle) { return arm * angle * angle / 8; }
 
+// Of the way that is seen: so deep what is in touch already may roll into the other one, and so much deeper than it is.
+constexpr double kRolledIn = 0.25;
+constexpr double kRolledOn = 0.05;
 // So many near pairs are looked through in the time of one search.
 constexpr size_t kPairsPerSearch = 32;
 
@@ -102,6 +105,7 @@ class Sweeper {
     double time;     // s before the end
     double closing;  // m/s
     Vector3 normal;  // out of what is hit
+    bool is_deep = false;
   };
   // How it may meet another one in the time that is left.
   struct Encounter {
@@ -135,8 +139,12 @@ class Sweeper {
     const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
     const Pose end = world_.state.pose(way.row);
     if (!IsMoved(way.row)) return ImpactMotion::Driven(end, linear, angular);
-    return ImpactMotion::Along(way.start, way.time, end, world_.scene.entities[row]->mass, linear, angular,
-                               way.acceleration, way.torque);
+    const MassProperties& mass = world_.scene.entities[row]->mass;
+    if (world_.jointed[way.row]) {
+      return ImpactMotion::Along(way.start, way.time, end, mass, linear, angular, way.acceleration, way.torque);
+    }
+    const bool flies = speed_.IsInFlight(way.row);
+    return ImpactMotion::Free(end, mass, linear, angular, flies ? world_.accelerations[way.row] : way.acceleration);
   }
 
   Vector3 SpinOf(EntityRow row) const {
@@ -213,7 +221,7 @@ class Sweeper {
     const std::optional<Hit> hit =
         sweep.reach > 0 ? MeetTurning(sweep, encounter, target, there) : MeetStraight(sweep, encounter, there);
     if (!hit) return;
-    SweptPair pair{sweep.way->row, target, sweep.own, other, hit->time, hit->closing};
+    SweptPair pair{sweep.way->row, target, sweep.own, other, hit->time, hit->closing, hit->is_deep};
     if (!candidate.is_sensor && !(pair.closing > speed_.Of(sweep.way->row, target, hit->normal))) return;
     if (!world_.rule.Before(sweep.own, other)) {
       std::swap(pair.entity_a, pair.entity_b);
@@ -267,13 +275,21 @@ class Sweeper {
     const double unseen = UnseenWay(sweep.geometry->shape);
     if (slip * encounter.time <= unseen) return std::nullopt;
     const double reach = (there.pose_in_entity.position - CenterOf(target)).norm() + BoundingRadius(there.shape);
-    const std::optional<TurnedMeeting> meeting =
-        FindTurnedMeeting({own, *sweep.geometry, sweep.reach}, {others, there, IsConvex(there.shape) ? reach : 0},
-                          encounter.time, unseen);
-    if (!meeting) return std::nullopt;
-    const Vector3 approach = own.BodyBefore(meeting->time).VelocityAt(meeting->position) -
-                             others.BodyBefore(meeting->time).VelocityAt(meeting->position);
-    return Hit{meeting->time, -approach.dot(meeting->normal), meeting->normal};
+    const TurningGeometry mine{own, *sweep.geometry, sweep.reach};
+    const TurningGeometry theirs{others, there, IsConvex(there.shape) ? reach : 0};
+    const auto meets = [&](double depth) -> std::optional<Hit> {
+      const std::optional<TurnedMeeting> meeting = FindTurnedMeeting(mine, theirs, encounter.time, unseen, depth);
+      if (!meeting) return std::nullopt;
+      const Vector3 approach = own.BodyBefore(meeting->time).VelocityAt(meeting->position) -
+                               others.BodyBefore(meeting->time).VelocityAt(meeting->position);
+      return Hit{meeting->time, -approach.dot(meeting->normal), meeting->normal, depth > 0};
+    };
+    const std::optional<Hit> hit = meets(0);
+    if (hit && hit->closing > speed_.Of(sweep.way->row, target, hit->normal)) return hit;
+    // What is in touch and turns on may roll into the other one.
+    if ((own.angular_velocity() - spin).norm() * encounter.time < kRollingTurn) return std::nullopt;
+    const double depth = std::max(DepthBefore(mine, theirs, encounter.time), 0.0);
+    return meets(std::max(kRolledIn * unseen, depth + kRolledOn * unseen));
   }
 
   // By which it came to where it is.

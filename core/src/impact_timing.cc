@@ -12,6 +12,11 @@ constexpr int kLooksMax = 14;
 constexpr double kTimedDepth = 2e-7;
 constexpr double kTimedPart = 1e-5;
 
+// So many solves of one substep each find an impact when it is; after that those that roll on come on by this part of
+// the substep at least, so that they come to its end.
+constexpr int kManySolves = 8;
+constexpr double kLeastProgress = 1.0 / 16;
+
 // m: at which two are taken to collide that cover `way` (m) in a substep.
 double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
@@ -153,7 +158,19 @@ void Impacts::Refine(Candidate& candidate) const {
     if (next == time) break;
     time = next;
   }
-  candidate.time = time;
+  candidate.time = HasRolled(candidate, time) ? std::max(since - kLeastProgress * step_size_, 0.0) : time;
+}
+
+// Whether it is one of many hits of a body that stays in touch while it rolls, each of them hardly later than the last
+// one.
+bool Impacts::HasRolled(const Candidate& candidate, double time) const {
+  const double since = FreeSince(candidate.pair);
+  if (solves_ < kManySolves || since == step_size_ || time < since - kLeastProgress * step_size_) return false;
+  const auto spin = [&](EntityRow row) { return world_.state.angular_velocities.col(Index(row)); };
+  if ((spin(candidate.pair.entity_a) - spin(candidate.pair.entity_b)).norm() * step_size_ < kRollingTurn) return false;
+  Manifold manifold;
+  FindMeeting(candidate.pair, since, since, DepthOfImpact(candidate.closing * step_size_), manifold);
+  return manifold.count > 0;
 }
 
 }  // namespace genphys

@@ -24,8 +24,8 @@ Vector3 WayOf(const ImpactMotion& motion, double time) { return motion.CenterBef
 
 class Approach {
  public:
-  Approach(const TurningGeometry& a, const TurningGeometry& b, double time)
-      : a_(a), b_(b), velocity_((WayOf(a.motion, time) - WayOf(b.motion, time)) / time) {}
+  Approach(const TurningGeometry& a, const TurningGeometry& b, double time, double depth)
+      : a_(a), b_(b), depth_(depth), velocity_((WayOf(a.motion, time) - WayOf(b.motion, time)) / time) {}
 
   // No two points of them approach faster, m/s.
   double SpeedMax() const {
@@ -37,8 +37,12 @@ class Approach {
     return kFaster * (velocity_.dot(normal) + normal.cross(a_.motion.angular_velocity()).norm() * a_.reach +
                       normal.cross(b_.motion.angular_velocity()).norm() * b_.reach);
   }
+  // Its distance is that to where they meet.
   std::optional<Proximity> Look(double time, double within) const {
-    return FindProximity(a_.geometry.shape, PlacedBefore(a_, time), b_.geometry.shape, PlacedBefore(b_, time), within);
+    std::optional<Proximity> there = FindProximity(a_.geometry.shape, PlacedBefore(a_, time), b_.geometry.shape,
+                                                   PlacedBefore(b_, time), within - depth_);
+    if (there) there->distance += depth_;
+    return there;
   }
 
   // They are apart `before` the end, as `seen`, and overlap at `after`, which is later.
@@ -60,14 +64,15 @@ class Approach {
  private:
   const TurningGeometry& a_;
   const TurningGeometry& b_;
+  double depth_;      // m, in which they meet
   Vector3 velocity_;  // m/s, of a towards b
 };
 
 }  // namespace
 
 std::optional<TurnedMeeting> FindTurnedMeeting(const TurningGeometry& a, const TurningGeometry& b, double time,
-                                               double step) {
-  const Approach approach(a, b, time);
+                                               double step, double depth) {
+  const Approach approach(a, b, time, depth);
   const double fastest = approach.SpeedMax();
   double now = time, before = time;
   Proximity seen;
@@ -85,6 +90,12 @@ std::optional<TurnedMeeting> FindTurnedMeeting(const TurningGeometry& a, const T
     now = std::max(now - std::max(there->distance / speed, step / fastest), 0.0);
   }
   return std::nullopt;
+}
+
+double DepthBefore(const TurningGeometry& a, const TurningGeometry& b, double time) {
+  const std::optional<Proximity> there =
+      FindProximity(a.geometry.shape, PlacedBefore(a, time), b.geometry.shape, PlacedBefore(b, time));
+  return there ? -there->distance : -std::numeric_limits<double>::infinity();
 }
 
 }  // namespace genphys

@@ -20,10 +20,14 @@ struct TurnedMeeting {
   Vector3 position = Vector3::Zero();  // of b, next to a
 };
 
-/// Where `a` meets `b` first in the last `time` seconds, or nothing if they touch when these begin or do not meet in
-/// them. Looks as far ahead as nothing can happen (conservative advancement: B. Mirtich, Impulse-based Dynamic
-/// Simulation of Rigid Body Systems, Berkeley 1996, 2.3), but never less far than all points go `step` (m) at most.
+/// Where `a` meets `b` first in the last `time` seconds, that is, is in it by more than `depth` (m); nothing if it is
+/// so when these begin or does not come so far in them. Looks as far ahead as nothing can happen (conservative
+/// advancement: B. Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, Berkeley 1996, 2.3), but never less
+/// far than all points go `step` (m) at most.
 std::optional<TurnedMeeting> FindTurnedMeeting(const TurningGeometry& a, const TurningGeometry& b, double time,
-                                               double step);
+                                               double step, double depth);
+
+/// By how much (m) they overlap `time` seconds before the end; negative: they do not.
+double DepthBefore(const TurningGeometry& a, const TurningGeometry& b, double time);
 
 }  // namespace genphys

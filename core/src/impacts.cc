@@ -63,6 +63,7 @@ Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
 
 bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
                     std::span<const FlownWay> flown) {
+  ++solves_;
   moved_.clear();
   ways_ = flown;
   Find(contacts, changed, swept);
@@ -71,7 +72,8 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   FindGroups();
   KeepEarliest();
   for (Candidate& candidate : candidates_) {
-    if (candidate.time > 0 && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
+    const bool is_touching = candidate.time > 0 && !candidate.is_deep;
+    if (is_touching && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
   }
   CollectStruck(contacts);
   blows_.clear();
@@ -128,6 +130,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
                               .time = pair.time,
                               .closing = pair.closing,
                               .is_swept = true,
+                              .is_deep = pair.is_deep,
                               .is_held = !speed_.IsStillFree(as_contact) && IsNewAmongHeld(as_contact)};
     if (known == candidates_.end()) {
       candidates_.push_back(candidate);

@@ -20,6 +20,9 @@
 
 namespace genphys {
 
+/// rad: what turns by less in a substep does not roll far into what it is in touch with.
+inline constexpr double kRollingTurn = 0.3;
+
 /// What no impact hit since the substep began.
 inline constexpr double kAlwaysFree = std::numeric_limits<double>::infinity();
 
@@ -88,8 +91,9 @@ struct SweptPair {
   EntityRow entity_b{};
   GeometryRow geometry_a{};
   GeometryRow geometry_b{};
-  double time = 0;     // s before the end of the substep
-  double closing = 0;  // m/s, then
+  double time = 0;       // s before the end of the substep
+  double closing = 0;    // m/s, then
+  bool is_deep = false;  // they had touched before, and it rolled into the other one
 };
 
 /// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
@@ -130,6 +134,7 @@ class Impacts {
     double time = 0;     // s before the end
     double closing = 0;  // m/s
     bool is_swept = false;
+    bool is_deep = false;     // it is no more touching by then
     bool were_apart = false;  // it is known that they were, since the last impact of either
     bool is_held = false;     // both are, or cannot be moved
   };
@@ -179,6 +184,7 @@ class Impacts {
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
   void KeepEarliest();
   void Refine(Candidate& candidate) const;
+  bool HasRolled(const Candidate& candidate, double time) const;
   double ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const;
   void CollectStruck(const ContactBuffer& contacts);
   void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
@@ -239,6 +245,7 @@ class Impacts {
   std::vector<Group> groups_;         // of the candidates
   std::vector<Candidate> supports_;   // on what those stand that are struck
   bool knows_stances_ = false;
+  int solves_ = 0;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_
   std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them

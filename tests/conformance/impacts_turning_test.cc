@@ -1,10 +1,12 @@
 // What turns fast may pass through something thin between two substeps. Known are Newton's law and what it keeps.
 #include <cmath>
+#include <vector>
 
 #include "conformance/engine_test.h"
 #include "support/energy.h"
 #include "support/joints.h"
 #include "support/random.h"
+#include "support/shapes.h"
 
 namespace genphys::testing {
 namespace {
@@ -118,6 +120,30 @@ TEST_P(ImpactsOfTurning, KeepTheEnergyOfBladesThatCross) {
     EXPECT_NEAR(KineticEnergyOf(*world), before, 1e-9 * before);
   }
   EXPECT_GT(hits, 40);
+}
+
+// A blow out of its middle sets it spinning by hundreds of radians a second, and the next part of it comes on within
+// the same substep.
+TEST_P(ImpactsOfTurning, LetNothingRollThroughAThinWall) {
+  Proves({Claim::kCapsule, Claim::kCylinder, Claim::kEllipsoid, Claim::kConvexHull});
+  const Vector3 halves(0.05, 0.03, 0.04);
+  const std::vector<Shape> shapes{Box{halves}, Capsule{0.03, 0.05}, Cylinder{0.04, 0.04}, Ellipsoid{{0.05, 0.03, 0.02}},
+                                  HullBox(halves)};
+  for (uint64_t seed = 1; seed <= 1500; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double speed = random.LogUniform(20, 60), restitution = seed % 4 == 0 ? random.Uniform(0, 1) : 0;
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep / 2, .quality = Quality::kFast}, Vector3::Zero());
+    EntityDesc wall = Block(Vector3::Zero(), {0.01, 5, 5});
+    EntityDesc body = Body(shapes[seed % shapes.size()], {-0.3 - random.Uniform(0, 1), 0, 0});
+    body.pose.orientation = random.Turn();
+    body.rigid_body->linear_velocity = {speed, 0, 0};
+    for (EntityDesc* each : {&wall, &body}) each->rigid_body->geometries[0].material.restitution = restitution;
+    Add(*world, wall);
+    const EntityId id = Add(*world, body);
+    Steps(*world, 60);
+    EXPECT_LT(PositionOf(*world, id).x(), 0) << speed << " m/s, shape " << seed % shapes.size();
+  }
 }
 
 // All around sweeps over what lies beneath, and touches nothing.
