@@ -1,6 +1,7 @@
 // When two met: they are taken back along their ways to where they just touch.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "impacts.h"
 
@@ -47,7 +48,8 @@ void Impacts::FindMissed(const ContactBuffer& contacts) {
   }
 }
 
-// What slides or rolls into something: the engine would stop it a substep too late, and in its own way.
+// What slides or rolls into something: the engine would stop it a substep too late, and in its own way. What only
+// touches something that throws it back is not held by that either.
 bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   if (!rewinds_ || !(world_.active[Index(pair.entity_a)] || world_.active[Index(pair.entity_b)])) return false;
   EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
@@ -55,7 +57,21 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   const std::vector<TouchingPair>& touching = world_.layer.touching;
   const auto known = std::lower_bound(touching.begin(), touching.end(), entities,
                                       [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; });
-  return known == touching.end() || known->pair != entities;
+  if (known == touching.end() || known->pair != entities) return true;
+  return pair.material.restitution > 0 && !WerePressed(entities);
+}
+
+// Against each other, in the last solve.
+bool Impacts::WerePressed(const EntityPair& entities) const {
+  const auto ids = [&](const ContactPair& pair) {
+    return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  };
+  const ContactBuffer& solved = world_.solved;
+  for (const ContactPair& pair : std::ranges::equal_range(solved.pairs, entities, std::less<>(), ids)) {
+    const auto points = std::span(solved.points).subspan(pair.first_point, pair.point_count);
+    if (std::ranges::any_of(points, [](const ContactPoint& point) { return point.normal_impulse > 0; })) return true;
+  }
+  return false;
 }
 
 // How long before the end both were last hit, or the substep began: before that they did not go as they do now.

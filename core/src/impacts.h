@@ -178,6 +178,7 @@ class Impacts {
   std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
+  bool WerePressed(const EntityPair& entities) const;
   double FreeSince(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
   bool MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const;

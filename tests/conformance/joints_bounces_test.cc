@@ -94,6 +94,34 @@ TEST_P(JointsBounces, SwingBackWhatHitsAWallAsFastAsItCame) {
   }
 }
 
+// Balls that hang side by side, in touch. The last one goes on as the first would without the others.
+TEST_P(JointsBounces, PassThroughACradle) {
+  Proves({Claim::kJointDistance, Claim::kSphere});
+  constexpr double kRadius = 0.1, kLength = 1, kSwing = 0.8, kTime = 0.65;
+  double angle = -kSwing, rate = 0;
+  constexpr int kSmall = 100'000;
+  for (int i = 0; i < kSmall; ++i) {  // leapfrog
+    const double h = kTime / kSmall;
+    rate -= h / 2 * kGravity / kLength * std::sin(angle);
+    angle += h * rate;
+    rate -= h / 2 * kGravity / kLength * std::sin(angle);
+  }
+  for (const int count : {2, 3, 5, 8}) {
+    SCOPED_TRACE(count);
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep});
+    EntityId last;
+    for (int i = 0; i < count; ++i) {
+      const Vector3 hook(2 * kRadius * i, 0, 5), down(0, 0, -kLength);
+      const Quaternion turn(Eigen::AngleAxisd(i == 0 ? kSwing : 0, Vector3::UnitY()));
+      last = Add(*world, Lively(Ball(hook + turn * down, kRadius), 1));
+      Join(*world, {.entity_b = {.id = last}, .frame_in_a = Pose{hook}, .frame_in_b = Pose{}, .kind = DistanceJoint{}});
+    }
+    Steps(*world, static_cast<int>(std::lround(kTime / kStep)));
+    const Vector3 swung = PositionOf(*world, last) - Vector3(2 * kRadius * (count - 1), 0, 5);
+    EXPECT_LE((swung - kLength * Vector3(std::sin(angle), 0, -std::cos(angle))).norm(), 5e-4);
+  }
+}
+
 TEST_P(JointsBounces, LeaveWhatRunsOnAVerticalRailItsFall) {
   Proves({Claim::kJointSlider, Claim::kPlane, Claim::kSphere});
   const auto world = MakeSpace(GetParam(), {.step_size = kStep});
