@@ -115,7 +115,12 @@ bool WarmStart::Add(const Key& key, const Pose& frame, std::span<const ContactPo
   found_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
     found_.push_back(FindPoint(*old, now_.places[now_.pairs.back().first + i]));
-    if (found_[i]) recalled[i] = RecallAt(*old, *found_[i], points[i].normal);
+    if (found_[i]) {
+      recalled[i] = RecallAt(*old, *found_[i], points[i].normal);
+    } else {
+      // The points of a wheel are new ones all the time.
+      recalled[i].grip = scale_ * old->grip;
+    }
   }
   if (points.size() > 1) ShareOut(*old, recalled);
   return true;
