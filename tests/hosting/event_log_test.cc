@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "genphys/hosting/event_log.h"
@@ -41,11 +42,33 @@ class Feed {
     log->Restart({0, 0, epoch, {}});
   }
 
-  WorkerPool pool{2};
+  static constexpr int kWorkers = 2;
+
+  WorkerPool pool{kWorkers};
   std::shared_ptr<EventLog> log;
   uint64_t epoch = kEpoch;
   uint64_t sequence = 0;
   uint64_t step = 0;
+};
+
+// Keeps the workers of a feed from doing anything until it ends.
+class BusyWorkers {
+ public:
+  explicit BusyWorkers(Feed& feed) {
+    for (int i = 0; i < Feed::kWorkers; ++i) {
+      const auto begun = std::make_shared<std::promise<void>>();
+      feed.pool.Post([begun, ended = ended_] {
+        begun->set_value();
+        ended.wait();
+      });
+      begun->get_future().wait();
+    }
+  }
+  ~BusyWorkers() { end_.set_value(); }
+
+ private:
+  std::promise<void> end_;
+  std::shared_future<void> ended_ = end_.get_future().share();
 };
 
 v1::WatchEventsRequest From(std::optional<uint64_t> epoch, std::optional<uint64_t> after) {
@@ -268,6 +291,62 @@ TEST(EventLog, TellsWhatOfAnEpochIsLostWhenItEnds) {
   const auto first = reader.Next();
   ExpectRange(first, 1, 0);
   EXPECT_EQ(first.stamp().epoch(), 22u);
+}
+
+TEST(EventLog, TellsWhatOfAnEpochIsLostThatEndsBeforeAWorkerIsThere) {
+  Feed feed({});
+  Reader reader(feed, From({}, {}));
+  reader.Next();
+  feed.AddMany(1);
+  ExpectRange(reader.Next(), 1, 1);
+  feed.log->MarkBeginning();
+  auto waiting = reader.Ask();
+  {
+    const BusyWorkers busy(feed);
+    feed.AddMany(3);  // a worker is called for these, and comes when they are gone
+    feed.Restart(22, 1);
+    feed.AddMany(5);
+  }
+
+  const auto gap = Reader::Decode(Reader::Wait(std::move(waiting)));
+  ExpectGap(gap, 2, 4);
+  EXPECT_EQ(gap.stamp().epoch(), kEpoch);
+  const auto again = reader.Next();
+  EXPECT_EQ(again.stamp().epoch(), 22u);
+  ExpectRange(again, 1, 6);
+  feed.AddMany(1);
+  ExpectRange(reader.Next(), 7, 7);
+}
+
+// The same from beside: whenever epochs end, every number of each is told once, as an event or as lost.
+TEST(EventLog, TellsEveryNumberOfEveryEpochOnceWheneverTheyEnd) {
+  constexpr uint64_t kEpochs = 300, kEvents = 8, kMarked = 2;
+  Feed feed({});
+  feed.AddMany(kMarked);
+  feed.log->MarkBeginning();
+  Reader reader(feed, From(kEpoch, 0));
+  ExpectRange(reader.Next(), 1, kMarked);
+  const std::jthread writer([&] {
+    for (uint64_t epoch = 1; epoch <= kEpochs; ++epoch) {
+      feed.AddMany(kEvents);
+      if (epoch % 3 == 0) std::this_thread::yield();
+      feed.Restart(kEpoch + epoch, kMarked);
+      feed.log->MarkBeginning();
+    }
+  });
+
+  uint64_t epoch = kEpoch, next = kMarked + 1;
+  while (epoch < kEpoch + kEpochs || next <= kMarked) {
+    const auto response = reader.Next();
+    ASSERT_GE(response.stamp().epoch(), epoch);
+    if (response.stamp().epoch() > epoch) {
+      ASSERT_EQ(next, kMarked + kEvents + 1) << "the end of epoch " << epoch << " was not told";
+      epoch = response.stamp().epoch();
+      next = 1;
+    }
+    ASSERT_EQ(response.has_gap() ? response.gap().first_sequence() : response.batch().first_sequence(), next);
+    next = 1 + (response.has_gap() ? response.gap().last_sequence() : response.batch().last_sequence());
+  }
 }
 
 TEST(EventLog, TellsALateSubscriberOfTheEpochBefore) {

@@ -78,9 +78,9 @@ std::optional<Status> EventSubscription::End() const {
 }
 
 void EventSubscription::FollowNewEpoch(const EventLog::PastEpoch& past) {
-  if (serving_) {
+  if (encoding_) {
     // Where it stands is known once the message under way is complete. Of epochs after that it never heard.
-    if (!left_while_serving_) left_while_serving_ = past;
+    if (!left_while_encoding_) left_while_encoding_ = past;
     return;
   }
   const bool has_gap = !notices_.empty() && notices_.front().gap;
@@ -142,11 +142,7 @@ void EventSubscription::Advance(const Draft& draft, uint64_t last_sequence, bool
   } else if (told_ + 1 != cursor_) {
     ArmBookmark();
   }
-  if (left_while_serving_) {
-    serving_ = false;
-    FollowNewEpoch(*std::exchange(left_while_serving_, std::nullopt));
-    serving_ = true;
-  }
+  if (left_while_encoding_) FollowNewEpoch(*std::exchange(left_while_encoding_, std::nullopt));
 }
 
 void EventSubscription::ArmBookmark() {
@@ -178,6 +174,7 @@ void EventSubscription::GiveUp(const Status& why) {
     const std::lock_guard lock(log_->mutex_);
     end_ = why;
     serving_ = false;
+    encoding_ = false;
     receiver = std::exchange(receiver_, nullptr);
   }
   if (receiver) receiver({std::nullopt, why});
@@ -197,6 +194,7 @@ bool EventSubscription::ServeOne() {
     return false;
   }
   Draft draft = TakeDraft();
+  encoding_ = true;
   lock.unlock();
 
   Batch batch;
@@ -209,6 +207,7 @@ bool EventSubscription::ServeOne() {
   const bool send = batch.has_events || draft.must_send;
 
   lock.lock();
+  encoding_ = false;
   Advance(draft, batch.last_sequence, send);
   if (!send) return true;
   serving_ = false;

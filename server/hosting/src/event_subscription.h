@@ -68,7 +68,8 @@ class EventSubscription final : public Subscription, public std::enable_shared_f
   const std::shared_ptr<EventLog> log_;
   EventFilter filter_;  // constant once open
   bool open_ = false;
-  bool serving_ = false;  // a worker is at it
+  bool serving_ = false;   // a worker is at it, or will be
+  bool encoding_ = false;  // a draft was taken, and what became of it is not known yet
   std::optional<Status> end_;
   Receiver receiver_;     // set: somebody waits
   uint64_t cursor_ = 1;   // number of the next event to look at
@@ -76,7 +77,7 @@ class EventSubscription final : public Subscription, public std::enable_shared_f
   bool greeted_ = false;  // it has had a message of this epoch
   bool bookmark_due_ = false;
   bool bookmark_armed_ = false;
-  std::optional<EventLog::PastEpoch> left_while_serving_;
+  std::optional<EventLog::PastEpoch> left_while_encoding_;
   std::deque<Notice> notices_;
 };
 
