@@ -68,6 +68,10 @@ Result<StepResult> DecodeStep(std::shared_ptr<const v1::StepResponse> response, 
   Result<std::vector<Event>> events = DecodeEvents(response->events());
   if (!events.ok()) return events.status();
   result.events = *std::move(events);
+  if (response->has_events_left_out()) {
+    result.events_left_out =
+        Gap{response->events_left_out().first_sequence(), response->events_left_out().last_sequence()};
+  }
   if (response->has_stats()) result.stats = DecodeStats(response->stats());
   if (!response->has_frame()) return result;
   Result<FramePtr> whole = WholeFrame(FramePtr(response, &response->frame()), keyframe);

@@ -183,6 +183,10 @@ class LaunchError(GenphysError):
     """The private server of `launch` was not found or did not start; the message says what to do."""
 
 
+class EventsLeftOutWarning(RuntimeWarning):
+    """A result of `World.step` has no room for all events: `StepResult.events_left_out` says which are missing."""
+
+
 BY_REASON: dict[str, type[GenphysError]] = {
     kind.default_reason: kind for kind in GenphysError.__subclasses__() if kind.default_reason
 }

@@ -236,7 +236,10 @@ class EntityDeleted(Event):
 
 @dataclasses.dataclass(frozen=True)
 class Gap:
-    """Events that this listener will not get, because it was too slow; both numbers are lost ones."""
+    """Events that a listener will not get, because it was too slow, or that a result of `World.step` has no room for.
+
+    Both numbers are lost ones.
+    """
 
     first_sequence: int
     last_sequence: int

@@ -13,7 +13,7 @@ from ._contract import SCALAR
 from .model import Entity, Stamp
 
 if TYPE_CHECKING:
-    from .events import Event
+    from .events import Event, Gap
 
 _DTYPES: dict[int, np.dtype[Any]] = {
     0: np.dtype("<f8"),
@@ -256,11 +256,13 @@ class StepResult(Frame):
 
     Attributes:
         events: Of the commands and of all steps, in order; empty if none were asked for.
+        events_left_out: Which of them had no room in the reply, as of thousands of steps; None: all are there. Then a
+            warning says so, too: ask for fewer steps or kinds at once, or listen by `World.events`.
         created: Entities that the commands of a batch created, in order.
         stats: Of the last step; None if they were not asked for.
     """
 
-    __slots__ = ("events", "created", "stats")
+    __slots__ = ("events", "events_left_out", "created", "stats")
 
     def __init__(
         self,
@@ -270,10 +272,12 @@ class StepResult(Frame):
         created: tuple[Entity, ...],
         stats: StepStats | None,
         message: Any = None,
+        events_left_out: Gap | None = None,
     ) -> None:
         # Without a frame the reply is stamped all the same.
         super().__init__(response.frame if message is None else message, rows, response.stamp)
         self.events = events
+        self.events_left_out = events_left_out
         self.created = created
         self.stats = stats
 

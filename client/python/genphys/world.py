@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import warnings
 import weakref
 from collections.abc import Iterator
 from types import TracebackType
@@ -15,8 +16,8 @@ from ._contract import wire
 from .batch import Batch
 from .commands import Commands
 from .drive import Drive
-from .errors import GenphysError, WorldNotFoundError
-from .events import EntityCreated, EntityUpdated, Event, decode
+from .errors import EventsLeftOutWarning, GenphysError, WorldNotFoundError
+from .events import EntityCreated, EntityUpdated, Event, Gap, decode
 from .fields import ForceField, ForceFieldInfo
 from .fields import decode as decode_field
 from .frame import Frame, Rows, RowsCache, StepResult, lay_over, stamp_of, stats_of
@@ -52,6 +53,7 @@ class PreparedStep:
             created,
             stats_of(response.stats) if self.request.stats else None,
             whole,
+            _events_left_out(response),
         )
 
     def _whole(self, message: Any) -> tuple[Rows, Any]:
@@ -63,6 +65,19 @@ class PreparedStep:
         if self.keyframe is None or self.keyframe.keyframe_id != message.keyframe_id:
             raise GenphysError("the server sent a delta against a keyframe that it did not send")
         return self.keyframe._rows, lay_over(self.keyframe, message)
+
+
+def _events_left_out(response: Any) -> Gap | None:
+    if not response.HasField("events_left_out"):
+        return None
+    gap = Gap(response.events_left_out.first_sequence, response.events_left_out.last_sequence)
+    warnings.warn(
+        f"the result has no room for the events {gap.first_sequence} to {gap.last_sequence}: take fewer steps at once, "
+        "ask for fewer kinds, or listen by World.events",
+        EventsLeftOutWarning,
+        stacklevel=4,  # whoever asked for the step
+    )
+    return gap
 
 
 class World(Commands, Queries):

@@ -151,6 +151,23 @@ def test_a_frame_has_only_what_was_asked_for(world):
     assert none.stats.entities_in_flight + none.stats.entities_in_engine == 2
 
 
+def test_a_result_says_which_events_it_has_no_room_for(space):
+    room = 16  # entities with a visual of 1 MiB
+    with space.batch() as batch:
+        for _ in range(room + 1):
+            batch.add_entity(physics=False, visual=genphys.Visual(data=bytes(1 << 20)))
+
+    with pytest.warns(genphys.EventsLeftOutWarning, match=f"{room + 1} to {room + 1}") as told:
+        frame = space.step(0)
+
+    assert told[0].filename == __file__
+    assert len(frame.events) == room
+    assert frame.events_left_out == genphys.Gap(room + 1, room + 1)
+    with space.events(after=(frame.epoch, frame.events[-1].sequence)) as rest:
+        assert next(rest).entity == frame.created[-1]
+    assert space.step().events_left_out is None
+
+
 def test_rays_hit_the_nearest_thing_in_their_way(world):
     crate = world.add_box(half_extents=(0.5, 0.5, 0.5), position=(0, 0, 0.5), motion="static")
 

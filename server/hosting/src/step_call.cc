@@ -56,7 +56,12 @@ Status StepCall::Begin() {
   if (request_->has_expected_step() && request_->expected_step() != step) {
     return Refuse(Reason::kStepMismatch, "expected_step", "the world is at step " + std::to_string(step));
   }
-  first_sequence_ = hosted_.events()->last_sequence() + 1;
+  if (request_->has_events()) {
+    events_wanted_.emplace(request_->events());
+    const uint64_t last = hosted_.events()->last_sequence();
+    response_.mutable_events()->set_first_sequence(last + 1);
+    response_.mutable_events()->set_last_sequence(last);
+  }
   hosted_.world().set_record_stats(request_->stats());
   if (!commands.ok()) return commands.status();
   const Result<std::vector<CreatedId>> created = hosted_.Apply(*commands);
@@ -100,16 +105,29 @@ Status StepCall::Failed(const Status& status) const {
                        steps);
 }
 
-void StepCall::Collect(std::shared_ptr<const EventChunk> chunk) {
-  if (chunk == nullptr || !request_->has_events() || chunk_bytes_ > kEventBytesMax) return;
-  chunk_bytes_ += chunk->bytes();
-  chunks_.push_back(std::move(chunk));
+// Encoded at once, so that a call of many steps keeps no more than it will send.
+void StepCall::Collect(const std::shared_ptr<const EventChunk>& chunk) {
+  if (chunk == nullptr || !events_wanted_) return;
+  v1::EventBatch& batch = *response_.mutable_events();
+  for (const Event& event : chunk->events()) {
+    const bool is_wanted = events_wanted_->Matches(event);
+    if (is_wanted && event_bytes_ >= kEventBytesMax) {
+      v1::Gap& left_out = *response_.mutable_events_left_out();
+      if (left_out.first_sequence() == 0) left_out.set_first_sequence(event.sequence);
+      left_out.set_last_sequence(event.sequence);
+    }
+    if (response_.has_events_left_out()) continue;
+    batch.set_last_sequence(event.sequence);
+    if (!is_wanted) continue;
+    v1::Event* const message = batch.add_events();
+    EncodeEvent(event, message, events_wanted_->contact_points());
+    event_bytes_ += message->ByteSizeLong();
+  }
 }
 
 EncodedMessage StepCall::Finish() {
   const Stamp stamp = hosted_.stamp();
   stamp.Encode(response_.mutable_stamp());
-  if (request_->has_events()) EncodeEvents(response_.mutable_events());
   if (request_->stats() && steps_done_ > 0) EncodeStats(hosted_.world().stats(), response_.mutable_stats());
   return request_->has_frame() ? WithFrame() : EncodedMessage{EncodeReply(response_)};
 }
@@ -123,23 +141,6 @@ EncodedMessage StepCall::WithFrame() const {
   head += reply.front().view;
   reply.front() = MakeBytes(std::move(head));
   return reply;
-}
-
-void StepCall::EncodeEvents(v1::EventBatch* batch) {
-  const EventFilter filter(request_->events());
-  batch->set_first_sequence(first_sequence_);
-  batch->set_last_sequence(first_sequence_ - 1);
-  size_t bytes = 0;
-  for (const auto& chunk : chunks_) {
-    for (const Event& event : chunk->events()) {
-      if (bytes > kEventBytesMax) return;
-      batch->set_last_sequence(event.sequence);
-      if (!filter.Matches(event)) continue;
-      v1::Event* const message = batch->add_events();
-      EncodeEvent(event, message, filter.contact_points());
-      bytes += message->ByteSizeLong();
-    }
-  }
 }
 
 }  // namespace genphys

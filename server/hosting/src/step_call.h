@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "genphys/hosting/world_host.h"
+#include "genphys/wire/filter.h"
 #include "hosted_world.h"
 
 namespace genphys {
@@ -12,7 +13,7 @@ namespace genphys {
 /// A Step request under way: its commands, then its steps, in slices.
 class StepCall {
  public:
-  /// Most bytes of events in a reply. Beyond it they end early, as last_sequence tells; WatchEvents has the rest.
+  /// The event that reaches it is the last in a reply, which then says which were left out; WatchEvents has these.
   static constexpr size_t kEventBytesMax = 16 << 20;
 
   /// What a reply may need to get to the client before its deadline, or a tenth of the time given if that is less.
@@ -34,10 +35,9 @@ class StepCall {
   Status TakeRequest(Result<std::vector<Command>>& commands);
   Status CheckTime() const;
   Status Failed(const Status& status) const;
-  void Collect(std::shared_ptr<const EventChunk> chunk);
+  void Collect(const std::shared_ptr<const EventChunk>& chunk);
   EncodedMessage Finish();
   EncodedMessage WithFrame() const;
-  void EncodeEvents(v1::EventBatch* batch);
 
   HostedWorld& hosted_;
   WorldCall call_;
@@ -48,10 +48,9 @@ class StepCall {
   uint32_t steps_wanted_ = 0;
   uint32_t steps_done_ = 0;
   Clock::duration reply_time_{0};
-  Clock::duration last_step_{0};  // that is done
-  uint64_t first_sequence_ = 0;
-  std::vector<std::shared_ptr<const EventChunk>> chunks_;
-  size_t chunk_bytes_ = 0;
+  Clock::duration last_step_{0};              // that is done
+  std::optional<EventFilter> events_wanted_;  // set: events are asked for
+  size_t event_bytes_ = 0;
 };
 
 }  // namespace genphys

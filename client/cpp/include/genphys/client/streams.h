@@ -12,7 +12,7 @@
 
 namespace genphys::client {
 
-/// Numbers of events that were lost: the listener was too slow, or came back too late.
+/// Numbers of events that were lost: the listener was too slow, or came back too late, or a reply had no room for them.
 struct Gap {
   uint64_t first_sequence = 0;
   uint64_t last_sequence = 0;

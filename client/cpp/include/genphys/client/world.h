@@ -34,7 +34,9 @@ struct StepResult {
   Frame frame;                     // without rows unless asked for
   std::vector<Event> events;       // if asked for
   uint64_t last_sequence = 0;      // of the last event looked at
-  std::optional<Stats> stats;      // if asked for
+  std::optional<Gap>
+      events_left_out;         // set: these had no room in a reply, WatchEvents() after last_sequence tells them
+  std::optional<Stats> stats;  // if asked for
 };
 
 /// What a world is and where it stands.
