@@ -52,6 +52,7 @@ TEST_P(BudgetOverTheWire, AStepOverItIsRefusedByNameAndTheWorldGoesOn) {
   EXPECT_NE(MessageOf(status).find("pairs of geometries are near each other"), std::string::npos) << status;
   EXPECT_NE(MessageOf(status).find(std::to_string(step) + " of 20 steps"), std::string::npos) << status;
   EXPECT_GT(step, 0u);
+  EXPECT_EQ(EarlyEndOf(status), (EarlyEnd{static_cast<uint32_t>(step), step}));
   EXPECT_EQ(Value(world.Info()).state, client::WorldInfo::State::kPaused);
 
   std::vector<Command> removal;

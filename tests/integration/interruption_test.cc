@@ -3,10 +3,12 @@
 
 #include <chrono>
 #include <future>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "genphys/wire/early_end.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "support/test_server.h"
@@ -91,8 +93,11 @@ TEST(LongStep, TellsBeforeItsDeadlineHowFarItCame) {
   for (int i = 0; i < kTries; ++i) {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+    v1::StepRequest request = ManySteps(world);
+    request.add_commands()->mutable_set_gravity()->mutable_gravity()->set_z(-9);
+    request.add_commands()->mutable_create_entity()->mutable_entity();
     v1::StepResponse response;
-    const grpc::Status status = server.simulation().Step(&context, ManySteps(world), &response);
+    const grpc::Status status = server.simulation().Step(&context, request, &response);
     ASSERT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
     google::rpc::Status details;
     ASSERT_TRUE(details.ParseFromString(status.error_details()));
@@ -103,6 +108,14 @@ TEST(LongStep, TellsBeforeItsDeadlineHowFarItCame) {
     EXPECT_EQ(info.metadata().at("step"), step);
     EXPECT_GT(std::stoull(info.metadata().at("steps_done")), 0u);
     EXPECT_NE(status.error_message().find("which led to step " + step), std::string::npos) << status.error_message();
+    const std::optional<EarlyEnd> end = EarlyEndOf(Received(status));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(std::to_string(end->step), step);
+    EXPECT_EQ(info.metadata().at("created_ids"), "1:" + std::to_string(end->created.at(1).packed()));
+    v1::GetEntityRequest created;
+    created.set_world(world);
+    created.set_entity_id(end->created.at(1).packed());
+    Must(server.simulation(), &Simulation::GetEntity, created);
     return;
   }
   FAIL() << "no reply came before its deadline";

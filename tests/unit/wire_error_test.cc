@@ -42,18 +42,73 @@ TEST(WireError, KeepsCodesThatAreNoRefusalOfOursInAStream) {
 // Zero is no refusal of ours, so it is not restored as one.
 INSTANTIATE_TEST_SUITE_P(WireError, EveryReason, testing::Range(1, static_cast<int>(v1::ErrorReason_ARRAYSIZE)));
 
+EarlyEnd Created(std::vector<uint64_t> ids) {
+  EarlyEnd end{7, 4'000'000'000'000};
+  for (const uint64_t id : ids) end.created.push_back(EntityId::FromPacked(id));
+  return end;
+}
+
 TEST(WireError, TellsHowFarStepsCame) {
   for (const Status& status : {Status(absl::DeadlineExceededError("late")), Refuse(Reason::kDiverged, "", "why")}) {
-    const google::rpc::Status encoded = EncodeStatus(WithStepsDone(status, {7, 4'000'000'000'000}));
+    const google::rpc::Status encoded = EncodeStatus(WithEarlyEnd(status, Created({})));
 
     ASSERT_EQ(encoded.details_size(), 1);
     google::rpc::ErrorInfo info;
     ASSERT_TRUE(encoded.details(0).UnpackTo(&info));
     EXPECT_EQ(info.metadata().at("steps_done"), "7");
     EXPECT_EQ(info.metadata().at("step"), "4000000000000");
-    EXPECT_EQ(DecodeStatus(encoded).code(), status.code());
+    EXPECT_FALSE(info.metadata().contains("created_ids"));
+    EXPECT_EQ(DecodeStatus(encoded), WithEarlyEnd(status, Created({})));
   }
   EXPECT_EQ(EncodeStatus(absl::DeadlineExceededError("late")).details_size(), 0);
+}
+
+TEST(WireError, TellsWhatWasCreatedBeforeStepsEndedEarly) {
+  const EarlyEnd end = Created({0, 0, 0, 7, 0, 9, 10, 11, (uint64_t{3} << 32) + 12});
+  const Status sent = WithEarlyEnd(absl::DeadlineExceededError("late"), end);
+
+  const google::rpc::Status encoded = EncodeStatus(sent);
+
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(encoded.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.metadata().at("created_ids"), "3:7 5:9-11 8:12884901900");
+  EXPECT_EQ(EarlyEndOf(DecodeStatus(encoded)), end);
+  v1::Refusal in_stream;
+  EncodeRefusal(sent, &in_stream);
+  EXPECT_EQ(in_stream.early_end().steps_done(), 7u);
+  EXPECT_EQ(in_stream.early_end().created_ids(5), 9u);
+  EXPECT_EQ(EarlyEndOf(DecodeRefusal(in_stream)), end);
+}
+
+TEST(WireError, LeavesOutCreatedIdsThatHeadersHaveNoRoomFor) {
+  std::vector<uint64_t> many, scattered;
+  for (uint64_t i = 1; i <= 100'000; ++i) {
+    many.push_back(i);
+    scattered.push_back(2 * i);
+  }
+
+  const google::rpc::Status encoded = EncodeStatus(WithEarlyEnd(absl::DeadlineExceededError(""), Created(scattered)));
+
+  EXPECT_EQ(EarlyEndOf(DecodeStatus(encoded)), Created({}));
+  const Status whole = WithEarlyEnd(absl::DeadlineExceededError(""), Created(many));
+  EXPECT_EQ(EarlyEndOf(DecodeStatus(EncodeStatus(whole))), Created(many));
+}
+
+TEST(WireError, TakesNoCreatedIdsFromTextThatIsNone) {
+  for (const char* const text :
+       {"7", "x:7", "1:", "1:7-", "1:7-6", "1:7 0:8", "1:7,2:8", "1:1-9999999999999", "99999999999:1"}) {
+    google::rpc::ErrorInfo info;
+    info.set_reason("UNSPECIFIED");
+    info.set_domain("genphys");
+    (*info.mutable_metadata())["steps_done"] = "7";
+    (*info.mutable_metadata())["step"] = "4000000000000";
+    (*info.mutable_metadata())["created_ids"] = text;
+    google::rpc::Status status;
+    status.set_code(static_cast<int>(absl::StatusCode::kDeadlineExceeded));
+    status.add_details()->PackFrom(info);
+
+    EXPECT_EQ(EarlyEndOf(DecodeStatus(status)), Created({})) << text;
+  }
 }
 
 TEST(WireError, BlamesTheFieldInTheStandardWay) {

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "absl/strings/cord.h"
-#include "absl/types/optional.h"
+#include "absl/strings/numbers.h"
+#include "early_end_message.h"
 #include "enums.h"
 #include "google/rpc/error_details.pb.h"
 
@@ -13,8 +13,26 @@ namespace {
 constexpr char kFieldKey[] = "field";
 constexpr char kStepsDoneKey[] = "steps_done";
 constexpr char kStepKey[] = "step";
-// Both numbers of StepsDone as text, with a space between.
-constexpr char kStepsDoneUrl[] = "genphys/steps_done";
+constexpr char kCreatedKey[] = "created_ids";
+
+using Metadata = google::protobuf::Map<std::string, std::string>;
+
+void TellEarlyEnd(const EarlyEnd& end, Metadata& metadata) {
+  metadata[kStepsDoneKey] = std::to_string(end.steps_done);
+  metadata[kStepKey] = std::to_string(end.step);
+  const std::optional<std::string> created = CreatedText(end.created);
+  if (created && !created->empty()) metadata[kCreatedKey] = *created;
+}
+
+std::optional<EarlyEnd> EarlyEndIn(const Metadata& metadata) {
+  const auto steps_done = metadata.find(kStepsDoneKey), step = metadata.find(kStepKey);
+  const auto created = metadata.find(kCreatedKey);
+  EarlyEnd end;
+  if (steps_done == metadata.end() || !absl::SimpleAtoi(steps_done->second, &end.steps_done)) return std::nullopt;
+  if (step == metadata.end() || !absl::SimpleAtoi(step->second, &end.step)) return std::nullopt;
+  if (created != metadata.end()) end.created = CreatedOf(created->second);
+  return end;
+}
 
 Reason ReasonOf(std::string_view name) {
   v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
@@ -30,26 +48,17 @@ Reason DecodeReason(v1::ErrorReason reason) {
   return v1::ErrorReason_IsValid(reason) ? static_cast<Reason>(reason) : Reason::kUnspecified;
 }
 
-Status WithStepsDone(Status status, const StepsDone& steps) {
-  status.SetPayload(kStepsDoneUrl, absl::Cord(std::to_string(steps.done) + ' ' + std::to_string(steps.step)));
-  return status;
-}
-
 google::rpc::Status EncodeStatus(const Status& status) {
   google::rpc::Status encoded;
   encoded.set_code(static_cast<int>(status.code()));
   encoded.set_message(MessageOf(status));
   const std::optional<Refusal> refusal = RefusalOf(status);
-  const absl::optional<absl::Cord> steps = status.GetPayload(kStepsDoneUrl);
-  if (!refusal && !steps) return encoded;
+  const std::optional<EarlyEnd> early_end = EarlyEndOf(status);
+  if (!refusal && !early_end) return encoded;
   google::rpc::ErrorInfo info;
   info.set_reason(std::string(NameOf(refusal.value_or(Refusal{}).reason)));
   info.set_domain(std::string(kErrorDomain));
-  if (steps) {
-    const std::string text(*steps);
-    (*info.mutable_metadata())[kStepsDoneKey] = text.substr(0, text.find(' '));
-    (*info.mutable_metadata())[kStepKey] = text.substr(text.find(' ') + 1);
-  }
+  if (early_end) TellEarlyEnd(*early_end, *info.mutable_metadata());
   if (refusal && !refusal->field.empty()) {
     (*info.mutable_metadata())[kFieldKey] = refusal->field;
     google::rpc::BadRequest request;
@@ -63,6 +72,7 @@ google::rpc::Status EncodeStatus(const Status& status) {
 }
 
 Status DecodeStatus(const google::rpc::Status& status) {
+  const Status plain(static_cast<absl::StatusCode>(status.code()), status.message());
   for (const google::protobuf::Any& detail : status.details()) {
     google::rpc::ErrorInfo info;
     if (!detail.Is<google::rpc::ErrorInfo>() || !detail.UnpackTo(&info) || info.domain() != kErrorDomain) continue;
@@ -70,9 +80,11 @@ Status DecodeStatus(const google::rpc::Status& status) {
     const auto field = info.metadata().find(kFieldKey);
     const std::string path = field == info.metadata().end() ? "" : field->second;
     // A reason that this build does not know must not change the code that came with it.
-    if (reason != Reason::kUnspecified) return Refuse(reason, path, status.message());
+    const Status known = reason == Reason::kUnspecified ? plain : Refuse(reason, path, status.message());
+    const std::optional<EarlyEnd> early_end = EarlyEndIn(info.metadata());
+    return early_end ? WithEarlyEnd(known, *early_end) : known;
   }
-  return Status(static_cast<absl::StatusCode>(status.code()), status.message());
+  return plain;
 }
 
 void EncodeError(const Status& status, v1::Error* out) {
@@ -90,13 +102,16 @@ void EncodeRefusal(const Status& status, v1::Refusal* out) {
     out->set_field(refusal->field);
   }
   out->set_message(MessageOf(status));
+  if (const std::optional<EarlyEnd> end = EarlyEndOf(status)) EncodeEarlyEnd(*end, out->mutable_early_end());
 }
 
 Status DecodeRefusal(const v1::Refusal& refusal) {
   const Reason reason = DecodeReason(refusal.reason());
   // A reason that this build does not know must not change the code that came with it.
-  if (reason != Reason::kUnspecified) return Refuse(reason, refusal.field(), refusal.message());
-  return Status(static_cast<absl::StatusCode>(refusal.code()), refusal.message());
+  const Status status = reason == Reason::kUnspecified
+                            ? Status(static_cast<absl::StatusCode>(refusal.code()), refusal.message())
+                            : Refuse(reason, refusal.field(), refusal.message());
+  return refusal.has_early_end() ? WithEarlyEnd(status, DecodeEarlyEnd(refusal.early_end())) : status;
 }
 
 }  // namespace genphys

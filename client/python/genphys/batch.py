@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any
 
 from . import fields
@@ -69,12 +69,9 @@ class Batch(Commands):
         self._created.update({offset + index: handle for index, handle in other._created.items()})
         self._created_fields.update({offset + index: handle for index, handle in other._created_fields.items()})
 
-    def _settle(self, results: Sequence[Any]) -> tuple[Entity, ...]:
-        """Gives the created entities their ids and returns them in order."""
-        for index, handle in self._created.items():
-            handle._id = results[index].created_id
-        for index, joint in self._joined.items():
-            joint._id = results[index].created_id
-        for index, field in self._created_fields.items():
-            field._id = results[index].created_id
-        return tuple(self._created[index] for index in sorted(self._created))
+    def _settle(self, id_of: Callable[[int], int | None]) -> tuple[Entity, ...]:
+        """Gives what was created the id that its command got, if that is known, and returns the entities in order."""
+        for handles in (self._created, self._joined, self._created_fields):
+            for index, handle in handles.items():
+                handle._id = id_of(index)
+        return tuple(self._created[index] for index in sorted(self._created) if self._created[index]._id is not None)

@@ -94,7 +94,7 @@ class Drive:
             raise errors.UnavailableError("the server ended the stream", code=grpc.StatusCode.UNAVAILABLE) from None
         prepared = self._in_flight.popleft()
         if response.HasField("refusal"):
-            raise errors.from_refusal(response.refusal)
+            raise prepared.refused(errors.from_refusal(response.refusal))
         return prepared.result(response.response)
 
     def close(self) -> None:

@@ -10,6 +10,7 @@ import grpc
 from ._contract import enum_names, message_class
 
 _DETAILS_KEY = "grpc-status-details-bin"
+_CREATED_KEY = "created_ids"
 
 
 class GenphysError(Exception):
@@ -20,7 +21,8 @@ class GenphysError(Exception):
         reason: The stable name of the cause, as in "STALE_ID"; empty if the server gave none.
         field: Path of the field to blame, as in "commands[3].set_pose.pose.position.x"; empty if none is.
         code: The gRPC status code; None if no call was made.
-        metadata: Further details by name.
+        metadata: Further details by name. Of a step that ended early "steps_done", of this call, and "step", at which
+            the world stands: its commands and these steps stay done.
     """
 
     default_reason: ClassVar[str] = ""
@@ -220,11 +222,38 @@ def from_rpc_error(error: Any) -> GenphysError:
 
 
 def from_refusal(refusal: Any) -> GenphysError:
-    """Returns the exception that a Refusal message stands for."""
+    """Returns the exception that a Refusal message stands for, as a call of it alone would have raised it."""
     reason = enum_names("ErrorReason", "ERROR_REASON_").get(refusal.reason, "").upper()
     code = _CODES.get(refusal.code, grpc.StatusCode.UNKNOWN)
     kind = BY_REASON.get(reason) or _BY_CODE.get(code, GenphysError)
-    return kind(refusal.message, reason=reason, field=refusal.field, code=code)
+    metadata = _metadata_of(refusal.early_end) if refusal.HasField("early_end") else {}
+    return kind(refusal.message, reason=reason, field=refusal.field, code=code, metadata=metadata)
+
+
+def created_ids(error: GenphysError) -> dict[int, int]:
+    """Returns what the commands of a step that ended early created, by their place in it, as far as it is told."""
+    created: dict[int, int] = {}
+    for item in error.metadata.get(_CREATED_KEY, "").split():
+        command, _, ids = item.partition(":")
+        first, _, last = ids.partition("-")
+        for number in range(int(first), int(last or first) + 1):
+            created[int(command) + number - int(first)] = number
+    return created
+
+
+def _metadata_of(early_end: Any) -> dict[str, str]:
+    runs: list[list[int]] = []  # command, first id, last id
+    for command, number in enumerate(early_end.created_ids):
+        if runs and [command, number] == [runs[-1][0] + runs[-1][2] - runs[-1][1] + 1, runs[-1][2] + 1]:
+            runs[-1][2] = number
+        elif number != 0:
+            runs.append([command, number, number])
+    metadata = {"steps_done": str(early_end.steps_done), "step": str(early_end.step)}
+    if runs:
+        metadata[_CREATED_KEY] = " ".join(
+            f"{command}:{first}" if first == last else f"{command}:{first}-{last}" for command, first, last in runs
+        )
+    return metadata
 
 
 def _details(error: Any) -> list[Any]:

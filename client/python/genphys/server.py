@@ -184,7 +184,7 @@ class Server:
             for message in call:
                 for each in message.results:
                     if each.HasField("refusal"):
-                        found[each.index] = from_refusal(each.refusal)
+                        found[each.index] = prepared[each.index].refused(from_refusal(each.refusal))
                     else:
                         found[each.index] = prepared[each.index].result(each.response)
         except grpc.RpcError as error:

@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 import warnings
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import Any
 
@@ -16,7 +16,7 @@ from ._contract import wire
 from .batch import Batch
 from .commands import Commands
 from .drive import Drive
-from .errors import EventsLeftOutWarning, GenphysError, WorldNotFoundError
+from .errors import EventsLeftOutWarning, GenphysError, WorldNotFoundError, created_ids
 from .events import EntityCreated, EntityUpdated, Event, Gap, decode
 from .fields import ForceField, ForceFieldInfo
 from .fields import decode as decode_field
@@ -42,9 +42,7 @@ class PreparedStep:
     def result(self, response: Any) -> StepResult:
         """Returns what the response says, and gives what the commands created their ids."""
         world = self.world
-        created = self.pending._settle(response.results) if self.pending.commands else ()
-        for entity in created:
-            world._names[entity.id] = entity.name
+        created = self._settle(lambda index: response.results[index].created_id)
         rows, whole = self._whole(response.frame)
         return StepResult(
             response,
@@ -55,6 +53,17 @@ class PreparedStep:
             whole,
             _events_left_out(response),
         )
+
+    def refused(self, error: GenphysError) -> GenphysError:
+        """Gives what the commands of a step that ended early created their ids, and returns the error."""
+        self._settle(created_ids(error).get)
+        return error
+
+    def _settle(self, id_of: Callable[[int], int | None]) -> tuple[Entity, ...]:
+        created = self.pending._settle(id_of)
+        for entity in created:
+            self.world._names[entity.id] = entity.name
+        return created
 
     def _whole(self, message: Any) -> tuple[Rows, Any]:
         if not message.HasField("keyframe_step"):
@@ -214,13 +223,20 @@ class World(Commands, Queries):
         Raises:
             StepMismatchError: the world is not at `expected_step`.
             WorldNotPausedError: the world is playing.
+            DeadlineExceededError: it took longer than `timeout`. What was done stays done, and what its commands created
+                has ids: `metadata` says how far it came, if the server could tell it in time.
             DivergedError: the state became infinite.
             GenphysError: a collected command was refused: none was applied, and all are dropped.
         """
         prepared = self._prepare_step(
             steps, frame=frame, events=events, stats=stats, step_size=step_size, expected_step=expected_step
         )
-        return prepared.result(self._connection.call("Step", prepared.request, timeout))
+        try:
+            response = self._connection.call("Step", prepared.request, timeout)
+        except GenphysError as error:
+            prepared.refused(error)
+            raise
+        return prepared.result(response)
 
     def drive(self) -> Drive:
         """Opens a stream of steps whose results need not be waited for one by one.

@@ -7,7 +7,7 @@ import pytest
 from fake_server import FakeServer, refuse
 
 import genphys
-from genphys import errors
+from genphys import errors, joints
 from genphys._contract import enum_names, wire
 
 REASONS = sorted(enum_names("ErrorReason", "ERROR_REASON_").values())
@@ -53,6 +53,28 @@ def test_a_refusal_tells_code_message_field_and_metadata():
     assert error.field == "force.force.x"
     assert error.metadata == {"engine": "ode"}
     assert str(error) == "NaN is no force [NOT_FINITE at force.force.x]"
+
+
+def test_what_a_step_that_ended_early_created_has_ids():
+    early_end = {"steps_done": 3, "step": 8, "created_ids": [7, 0, 9, 10, 11, 12]}
+    refusal = {"code": grpc.StatusCode.DEADLINE_EXCEEDED.value[0], "message": "late", "early_end": early_end}
+    result = {"index": 0, "refusal": refusal}
+
+    def answer(request, context):
+        yield wire.StepWorldsResponse(results=[result])
+
+    with FakeServer(StepWorlds=answer) as server, genphys.connect(server.address) as client:
+        world = client.world("lab")
+        with world.batch() as batch:
+            first = batch.add_sphere(name="first")
+            batch.set_gravity((0, 0, 0))
+            others = [batch.add_sphere() for _ in range(3)]
+            joint = batch.join(first, others[0], joints.Fixed())
+        (error,) = client.step_worlds([world], 10)
+
+    assert isinstance(error, genphys.DeadlineExceededError)
+    assert error.metadata == {"steps_done": "3", "step": "8", "created_ids": "0:7 2:9-12"}
+    assert [each.id for each in (first, *others, joint)] == [7, 9, 10, 11, 12]
 
 
 def test_a_reason_of_a_newer_server_is_still_a_genphys_error():

@@ -7,6 +7,9 @@ import genphys
 from genphys.drive import IN_FLIGHT_MAX
 
 WORLDS = 5
+DEADLINE_SECONDS = 0.5
+TRIES = 20
+AWAKE = genphys.AutoDisable(enabled=False)
 
 
 def make_world(server, engine, height):
@@ -54,6 +57,30 @@ def test_one_world_that_refuses_does_not_harm_the_others(server, engine):
     assert isinstance(results[2], genphys.EntityNotFoundError)
     assert results[2].field == "commands[0].delete_entity.entity_id"
     assert server.step_worlds([]) == []
+
+
+def test_what_a_batch_created_has_ids_when_its_steps_end_at_the_deadline(server, engine):
+    def step_alone(world):
+        with pytest.raises(genphys.DeadlineExceededError) as caught:
+            world.step(100_000, timeout=DEADLINE_SECONDS)
+        return caught.value
+
+    def step_with_others(world):
+        return server.step_worlds([world], 100_000, timeout=DEADLINE_SECONDS)[0]
+
+    for step in (step_alone, step_with_others):
+        # A machine that is busy elsewhere may bring the reply too late now and then.
+        for _ in range(TRIES):
+            with server.create_world(engine=engine) as world:
+                with world.batch() as batch:
+                    batch.set_gravity((0, 0, -5))
+                    boxes = [batch.add_box(position=(3 * i, 0, 0.5), auto_disable=AWAKE) for i in range(20)]
+                error = step(world)
+                if "step" in error.metadata:
+                    break
+        assert isinstance(error, genphys.DeadlineExceededError)
+        assert int(error.metadata["steps_done"]) > 0
+        assert [box.id for box in boxes] == list(range(2, 22))
 
 
 def test_steps_are_driven_without_waiting_for_each(world):

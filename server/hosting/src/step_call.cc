@@ -96,13 +96,15 @@ Status StepCall::TakeRequest(Result<std::vector<Command>>& commands) {
 }
 
 Status StepCall::Failed(const Status& status) const {
-  const StepsDone steps{steps_done_, hosted_.world().layer_state().step};
-  std::string message = MessageOf(status) + "; of this call stay done: its commands and " + std::to_string(steps.done) +
-                        " of " + std::to_string(steps_wanted_) + " steps, which led to step " +
-                        std::to_string(steps.step);
+  EarlyEnd end{steps_done_, hosted_.world().layer_state().step};
+  for (const v1::CommandResult& command : response_.results()) {
+    end.created.push_back(EntityId::FromPacked(command.created_id()));
+  }
+  std::string message = MessageOf(status) + "; of this call stay done: its commands and " +
+                        std::to_string(end.steps_done) + " of " + std::to_string(steps_wanted_) +
+                        " steps, which led to step " + std::to_string(end.step);
   const std::optional<Refusal> refusal = RefusalOf(status);
-  return WithStepsDone(refusal ? Refuse(refusal->reason, refusal->field, message) : Status(status.code(), message),
-                       steps);
+  return WithEarlyEnd(refusal ? Refuse(refusal->reason, refusal->field, message) : Status(status.code(), message), end);
 }
 
 // Encoded at once, so that a call of many steps keeps no more than it will send.

@@ -11,3 +11,4 @@
 #include "genphys/client/stats.h"    // IWYU pragma: export
 #include "genphys/client/streams.h"  // IWYU pragma: export
 #include "genphys/client/world.h"    // IWYU pragma: export
+#include "genphys/wire/early_end.h"  // IWYU pragma: export
