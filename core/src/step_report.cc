@@ -69,7 +69,7 @@ void StepRun::Report() {
   SortCanonically(events);
   for (EventKind& event : events) world_.Record(std::move(event));
   Mark("report");
-  FillStats();
+  FillStats(sleepers.size());
 }
 
 void StepRun::PutToSleep(EntityRow entity) {
@@ -90,14 +90,18 @@ void StepRun::CountIslands() {
   world_.stats_.islands = genphys::CountIslands(world_.scene_, world_.layer_, world_.joint_index_, rows_);
 }
 
-void StepRun::FillStats() {
+// Who falls asleep at the end of the step was in a lane of it. The contacts of a world that rests are those of a step
+// that is long over.
+void StepRun::FillStats(size_t fell_asleep) {
   if (!world_.record_stats_) return;
-  world_.stats_.entities_asleep =
-      static_cast<uint32_t>(std::count(state_.asleep.begin(), state_.asleep.end(), uint8_t{1}));
-  world_.stats_.entities_in_flight = static_cast<uint32_t>(flyers_.size());
-  world_.stats_.entities_in_engine = static_cast<uint32_t>(rows_.size() - flyers_.size());
-  world_.stats_.pairs = static_cast<uint32_t>(world_.contacts_.pairs.size());
-  world_.stats_.contacts = static_cast<uint32_t>(world_.contacts_.points.size());
+  StepStats& stats = world_.stats_;
+  const auto asleep = std::count(state_.asleep.begin(), state_.asleep.end(), uint8_t{1});
+  stats.entities_asleep = static_cast<uint32_t>(static_cast<size_t>(asleep) - fell_asleep);
+  stats.entities_in_flight = static_cast<uint32_t>(flyers_.size());
+  stats.entities_in_engine = static_cast<uint32_t>(rows_.size() - flyers_.size());
+  if (!ran_) return;
+  stats.pairs = static_cast<uint32_t>(world_.contacts_.pairs.size());
+  stats.contacts = static_cast<uint32_t>(world_.contacts_.points.size());
 }
 
 }  // namespace genphys

@@ -155,7 +155,7 @@ class StepRun {
   void Report();
   void PutToSleep(EntityRow row);
   void CountIslands();
-  void FillStats();
+  void FillStats(size_t fell_asleep);
 
   // m: a contact with a wider gap touches nothing yet.
   static constexpr double kReleaseGap = 1e-3;
