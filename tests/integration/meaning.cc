@@ -36,7 +36,7 @@ const std::vector<Known> kNames{
     // What a list is lengthened by names no dynamic entity.
     {R"(StepRequest\.(commands\[0\]\.[a-z]+_force_field\.field\.entity_ids))", "at max items", Reason::kInvalidValue,
      "$1[0]"},
-    {R"(StepRequest\.(commands\[0\]\.update_entity\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.update_entity\.update_mask\.paths).*)", kAny, Reason::kInvalidValue, "$1[0]"},
     {R"(StepRequest\.(commands\[0\]\.update_joint\.joint\.id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.delete_joint\.joint_id))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.create_joint\.joint\.entity_[ab]\.id))", kLargestId, Reason::kEntityNotFound,
@@ -48,7 +48,7 @@ const std::vector<Known> kNames{
      "$1[0]"},
     {R"(StepRequest\.(commands\[0\]\.create_force_field\.spring_[ab]_created_by_command))", kAny, Reason::kInvalidValue,
      "$1"},
-    {R"(StepRequest\.(commands\[0\]\.update_joint\.update_mask)\.paths.*)", kAny, Reason::kInvalidValue, "$1"},
+    {R"(StepRequest\.(commands\[0\]\.update_joint\.update_mask\.paths).*)", kAny, Reason::kInvalidValue, "$1[0]"},
     {R"(StepRequest\.(commands\[0\]\.set_motors)\..*)", "at max rows", Reason::kMissingField, "$1.joint_ids[0]"},
     // What a column is lengthened by is zeros.
     {R"(StepRequest\.(commands\[0\]\.apply_forces)\..*)", "at max rows", Reason::kMissingField, "$1.entity_ids[0]"},

@@ -162,12 +162,12 @@ TEST_P(LiveRefusal, MeetsMotionOfWhatDoesNotMove) {
 
 TEST_P(LiveRefusal, MeetsAnUpdateOfWhatIsNotThere) {
   const std::string update = "commands { update_entity { entity { id: " + Number(bench_.ball()) + " } update_mask { ";
-  const std::string mask = "commands[0].update_entity.update_mask";
+  const std::string path = "commands[0].update_entity.update_mask.paths[0]";
 
-  bench_.TryStep(update + "paths: \"rigid_body.colour\" } } }", "INVALID_VALUE " + mask);
-  bench_.TryStep(update + "paths: \"id\" } } }", "INVALID_VALUE " + mask);
+  bench_.TryStep(update + "paths: \"rigid_body.colour\" } } }", "INVALID_VALUE " + path);
+  bench_.TryStep(update + "paths: \"id\" } } }", "INVALID_VALUE " + path);
   bench_.TryStep(update + "paths: \"rigid_body.error_correction\" } } }", "accepted");
-  bench_.TryStep(update + "paths: \"rigid_body.error_correction.slop_metres\" } } }", "INVALID_VALUE " + mask);
+  bench_.TryStep(update + "paths: \"rigid_body.error_correction.slop_metres\" } } }", "INVALID_VALUE " + path);
   bench_.TryStep(update + "paths: \"rigid_body.geometries\" } } }",
                  "MISSING_FIELD commands[0].update_entity.entity.rigid_body.inertia.mass");
   bench_.TryStep(update + "paths: \"rigid_body\" } } }", "accepted");

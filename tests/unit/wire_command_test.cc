@@ -207,7 +207,8 @@ TEST(WireUpdate, ReplacesTheWholeBodyByOneThatSetsNothing) {
 
 TEST(WireUpdate, RefusesPathsThatNameNoPart) {
   for (const char* path : {"nonsense", "id", "rigid_body.nonsense", "rigid_body.", "", "*", "display_name.x"}) {
-    EXPECT_EQ(Verdict(Updated(FilledEntity(), {"pose", path}).status()), "INVALID_VALUE update_entity.update_mask")
+    EXPECT_EQ(Verdict(Updated(FilledEntity(), {"pose", path}).status()),
+              "INVALID_VALUE update_entity.update_mask.paths[1]")
         << path;
   }
 }
@@ -215,7 +216,7 @@ TEST(WireUpdate, RefusesPathsThatNameNoPart) {
 TEST(WireUpdate, NamesThePartThatADeeperPathBelongsTo) {
   const Status status = Updated(FilledEntity(), {"rigid_body.inertia.mass"}).status();
 
-  EXPECT_EQ(Verdict(status), "INVALID_VALUE update_entity.update_mask");
+  EXPECT_EQ(Verdict(status), "INVALID_VALUE update_entity.update_mask.paths[0]");
   EXPECT_NE(MessageOf(status).find("name \"rigid_body.inertia\""), std::string::npos) << status;
 }
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "joint_kinds.h"
+#include "update_mask.h"
 
 namespace genphys {
 namespace {
@@ -31,8 +32,9 @@ constexpr std::array kParts{
 
 bool HasParts(std::string_view kind) { return kind == "hinge" || kind == "slider"; }
 
+// Where in the mask it stands is told by whoever goes through that.
 Status RefusePath(const std::string& path, std::string_view why) {
-  return Refuse(Reason::kInvalidValue, "update_mask", "\"" + path + "\" " + std::string(why));
+  return Refuse(Reason::kInvalidValue, "", "\"" + path + "\" " + std::string(why));
 }
 
 Result<JointField> DecodePath(const std::string& path, std::string_view kind) {
@@ -56,9 +58,9 @@ Result<JointField> DecodePath(const std::string& path, std::string_view kind) {
 
 Result<JointFields> DecodeJointMask(const v1::Joint& joint, const google::protobuf::FieldMask& mask) {
   JointFields fields;
-  for (const std::string& path : mask.paths()) {
-    const Result<JointField> field = DecodePath(path, NameOfKind(joint.kind_case()));
-    if (!field.ok()) return field.status();
+  for (int i = 0; i < mask.paths_size(); ++i) {
+    const Result<JointField> field = DecodePath(mask.paths(i), NameOfKind(joint.kind_case()));
+    if (!field.ok()) return WithFieldPrefix(field.status(), PlaceInMask(i));
     fields.Add(*field);
   }
   return fields;

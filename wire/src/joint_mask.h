@@ -5,8 +5,8 @@
 
 namespace genphys {
 
-/// The parts of a joint that the paths name. INVALID_VALUE "update_mask" for a path that names none, and for one of
-/// another kind than the joint sets.
+/// The parts of a joint that the paths name. INVALID_VALUE for a path that names none, and for one of another kind
+/// than the joint sets.
 Result<JointFields> DecodeJointMask(const v1::Joint& joint, const google::protobuf::FieldMask& mask);
 
 /// What an update without a mask changes: all that the joint sets, and of its kind all.

@@ -39,6 +39,7 @@ bool IsInside(std::string_view path, std::string_view whole) {
   return path.size() > whole.size() && path.starts_with(whole) && path[whole.size()] == '.';
 }
 
+// Where in the mask it stands is told by whoever goes through that.
 Result<EntityField> DecodePath(const std::string& path) {
   // The longest path that holds a deeper one is the part to name instead.
   std::string_view part;
@@ -47,19 +48,21 @@ Result<EntityField> DecodePath(const std::string& path) {
     if (IsInside(path, known.path)) part = known.path;
   }
   if (part.empty() || part == "rigid_body") {
-    return Refuse(Reason::kInvalidValue, "update_mask", "\"" + path + "\" names no field that an update can change");
+    return Refuse(Reason::kInvalidValue, "", "\"" + path + "\" names no field that an update can change");
   }
-  return Refuse(Reason::kInvalidValue, "update_mask",
+  return Refuse(Reason::kInvalidValue, "",
                 "\"" + path + "\" cannot change alone; name \"" + std::string(part) + "\" and set all of it");
 }
 
 }  // namespace
 
+std::string PlaceInMask(int index) { return "update_mask.paths[" + std::to_string(index) + "]"; }
+
 Result<EntityFields> DecodeMask(const google::protobuf::FieldMask& mask) {
   EntityFields fields;
-  for (const std::string& path : mask.paths()) {
-    const Result<EntityField> field = DecodePath(path);
-    if (!field.ok()) return field.status();
+  for (int i = 0; i < mask.paths_size(); ++i) {
+    const Result<EntityField> field = DecodePath(mask.paths(i));
+    if (!field.ok()) return WithFieldPrefix(field.status(), PlaceInMask(i));
     fields.Add(*field);
   }
   return fields;
