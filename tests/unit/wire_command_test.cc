@@ -133,6 +133,17 @@ TEST(WireCommand, RefusesAnEngineNameOfAnotherForm) {
 
 TEST(WireCommand, ActsForOneStepUnlessToldOtherwise) { EXPECT_EQ(DecodeForce(v1::ApplyForce())->steps, 1u); }
 
+TEST(WireCommand, RefusesAnIdForWhatIsYetToBeCreated) {
+  v1::Command entity = Filled("create_entity"), joint = Filled("create_joint"), field = Filled("create_force_field");
+  entity.mutable_create_entity()->mutable_entity()->set_id(7);
+  joint.mutable_create_joint()->mutable_joint()->set_id(7);
+  field.mutable_create_force_field()->mutable_field()->set_id(7);
+
+  EXPECT_EQ(Verdict(DecodeCommand(entity).status()), "INVALID_VALUE create_entity.entity.id");
+  EXPECT_EQ(Verdict(DecodeCommand(joint).status()), "INVALID_VALUE create_joint.joint.id");
+  EXPECT_EQ(Verdict(DecodeCommand(field).status()), "INVALID_VALUE create_force_field.field.id");
+}
+
 TEST(WireCommand, PutsNoForceWhereOnlyTorquesAreSent) {
   v1::Command command = Filled("apply_forces");
   command.mutable_apply_forces()->clear_forces();

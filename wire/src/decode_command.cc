@@ -85,6 +85,7 @@ Result<Command> Decode(const v1::ApplyForceColumns& command) {
 }
 
 Result<Command> Decode(const v1::CreateJoint& command) {
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckNoId(command.joint().id()), "joint"));
   Result<JointDesc> joint = DecodeJoint(command.joint());
   if (!joint.ok()) return WithFieldPrefix(joint.status(), "joint");
   return CreateJoint{*std::move(joint)};
@@ -111,6 +112,7 @@ Result<Command> Decode(const v1::SetMotorColumns& command) {
 }
 
 Result<Command> Decode(const v1::CreateForceField& command) {
+  GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckNoId(command.field().id()), "field"));
   Result<ForceField> field = DecodeForceField(command.field());
   if (!field.ok()) return WithFieldPrefix(field.status(), "field");
   CreateForceField decoded{*std::move(field),

@@ -80,6 +80,7 @@ Result<EntityDesc> DecodeEntity(const v1::Entity& entity) {
 }
 
 Result<CreateEntity> DecodeCreate(const v1::Entity& entity) {
+  GENPHYS_RETURN_IF_ERROR(CheckNoId(entity.id()));
   Result<EntityDesc> desc = DecodeEntity(entity);
   if (!desc.ok()) return desc.status();
   return CreateEntity{*std::move(desc)};

@@ -1,5 +1,6 @@
 #pragma once
 #include <bit>
+#include <cstdint>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -44,6 +45,12 @@ inline Pose DecodePose(const v1::Pose& pose) {
 inline void EncodePose(const Pose& pose, v1::Pose* out) {
   EncodeVector(pose.position, out->mutable_position());
   EncodeQuaternion(pose.orientation, out->mutable_orientation());
+}
+
+/// INVALID_VALUE "id" unless what is to be created leaves its id to the server.
+inline Status CheckNoId(uint64_t id) {
+  if (id == 0) return absl::OkStatus();
+  return Refuse(Reason::kInvalidValue, "id", "what is created is given its id by the server: leave it zero");
 }
 
 /// The rows of a column of fixed width; bytes after the last whole row are left out.
