@@ -35,6 +35,7 @@ const std::vector<Known> kNames{
      Reason::kEntityNotFound, "$1"},
     {R"(StepRequest\.(commands\[0\]\.(?:update_force_field\.field\.id|delete_force_field\.field_id)))", kLargestId,
      Reason::kEntityNotFound, "$1"},
+    {R"([A-Za-z]+Request\.(frame\.entity_ids\[0\]))", kLargestId, Reason::kEntityNotFound, "$1"},
     {R"([A-Za-z]+Request\.(.*rigid_body\.ignored_entity_ids\[0\]))", kLargestId, Reason::kEntityNotFound, "$1"},
     // What a list is lengthened by names no dynamic entity.
     {R"(StepRequest\.(commands\[0\]\.[a-z]+_force_field\.field\.entity_ids))", "at max items", Reason::kInvalidValue,

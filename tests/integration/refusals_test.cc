@@ -75,6 +75,9 @@ TEST_P(LiveRefusal, MeetsEveryIdThatNamesNothing) {
     }
     bench_.TryStep("commands { apply_forces { entity_ids: \"" + Column(bench_.ball()) + Column(forgery.id) + "\" } }",
                    forgery.reason + " commands[0].apply_forces.entity_ids[1]");
+    // What is gone is left out of a frame.
+    bench_.TryStep("frame { entity_ids: " + Number(bench_.ball()) + " entity_ids: " + Number(forgery.id) + " }",
+                   forgery.reason == "STALE_ID" ? "accepted" : forgery.reason + " frame.entity_ids[1]");
   }
   for (const Place& place : places) {
     bench_.TryStep("commands { " + place.before + Number(bench_.ball()) + place.after + " }", "accepted");

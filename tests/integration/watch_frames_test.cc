@@ -156,6 +156,33 @@ TEST(WatchFrames, ShowsViewersWithDifferentWishesWhatEachWants) {
   EXPECT_EQ(c.linear_velocities().size(), 3 * sizeof(float));
 }
 
+TEST(WatchFrames, RefusesEntitiesThatNeverWereAndLeavesOutThoseThatGo) {
+  TestServer server;
+  const std::string world = server.CreateWorld().world().name();
+  const uint64_t gone = server.AddBall(world, 3), going = server.AddBall(world, 6), ball = server.AddBall(world, 9);
+  const auto remove = [&](uint64_t id) {
+    v1::DeleteEntityRequest request;
+    request.set_world(world);
+    request.set_entity_id(id);
+    Must(server.simulation(), &v1::SimulationService::Stub::DeleteEntity, request);
+  };
+  remove(gone);
+  v1::WatchFramesRequest request = RequestFor(world);
+  for (const uint64_t id : {gone, going, ball}) request.mutable_frame()->add_entity_ids(id);
+  View view(server, request);
+  EXPECT_EQ(view.Next().entity_ids().size(), 2 * sizeof(uint64_t));
+
+  remove(going);
+  EXPECT_EQ(view.Next().entity_ids().size(), sizeof(uint64_t));
+
+  request.mutable_frame()->add_entity_ids(ball + 7);
+  View refused(server, request);
+  EXPECT_FALSE(refused.Read());
+  ExpectRefusal(refused.Finish(), Reason::kEntityNotFound, "frame.entity_ids[3]");
+  server.Step(world);
+  EXPECT_EQ(view.Next().entity_ids().size(), sizeof(uint64_t)) << "the other stream goes on";
+}
+
 TEST(WatchFrames, RefusesBadRequestsAndEndsWithItsWorld) {
   TestServer server;
   const std::string world = server.CreateWorld().world().name();

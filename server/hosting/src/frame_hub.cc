@@ -42,6 +42,7 @@ void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyfra
     for (const auto& weak : layout->viewers) {
       const auto viewer = weak.lock();
       if (viewer == nullptr) continue;
+      viewer->CheckOnce(world, layout->request);
       if (is_new ? viewer->Offer(stamp.step, is_cheap) : viewer->WaitsForCurrent())
         order.takers[viewer->keyframe_].push_back(viewer);
     }

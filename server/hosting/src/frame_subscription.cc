@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "frame_check.h"
 #include "genphys/hosting/world_methods.h"
 #include "genphys/v1/simulation_service.pb.h"
 #include "genphys/wire/wire_format.h"
@@ -75,6 +76,14 @@ void FrameSubscription::Next(Receiver receiver) {
 void FrameSubscription::Cancel() {
   const std::lock_guard lock(hub_->mutex_);
   end_ = absl::CancelledError("the subscriber is gone");
+  Settle();
+}
+
+void FrameSubscription::CheckOnce(const World& world, const v1::FrameRequest& wanted) {
+  if (std::exchange(checked_, true) || end_) return;
+  const Status status = CheckFrameEntities(world, wanted);
+  if (status.ok()) return;
+  end_ = status;
   Settle();
 }
 

@@ -24,6 +24,8 @@ class FrameSubscription final : public Subscription, public std::enable_shared_f
 
   // These are called with the hub's mutex held.
 
+  /// Ends the stream if what it asks for never was; whatever goes after the first look leaves its frames.
+  void CheckOnce(const World& world, const v1::FrameRequest& wanted);
   /// A frame of `step` came to be. True if this viewer needs it encoded, who otherwise waits for what is true when it
   /// comes back: one that is cheap to encode is ready for it then.
   bool Offer(uint64_t step, bool is_cheap);
@@ -38,6 +40,7 @@ class FrameSubscription final : public Subscription, public std::enable_shared_f
   const std::shared_ptr<FrameHub> hub_;
   uint64_t every_nth_step_ = 1;
   bool open_ = false;
+  bool checked_ = false;
   uint64_t keyframe_ = 0;  // that it was sent last
   Receiver receiver_;      // set: somebody waits
   std::optional<Status> end_;

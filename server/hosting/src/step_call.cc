@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "frame_check.h"
 #include "genphys/hosting/world_methods.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
@@ -64,6 +65,7 @@ Status StepCall::Begin() {
   }
   hosted_.world().set_record_stats(request_->stats());
   if (!commands.ok()) return commands.status();
+  if (request_->has_frame()) GENPHYS_RETURN_IF_ERROR(CheckFrameEntities(hosted_.world(), request_->frame()));
   const Result<std::vector<CreatedId>> created = hosted_.Apply(*commands);
   if (!created.ok()) {
     hosted_.Publish();
