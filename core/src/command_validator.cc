@@ -80,6 +80,14 @@ Status CommandValidator::CheckDynamic(EntityId id, std::string_view field) const
   return Refuse(Reason::kInvalidValue, field, Cat("entity ", id.packed(), " is not dynamic: no force moves it"));
 }
 
+// What the batch deletes is counted all the same.
+Status CommandValidator::CheckPending(size_t count, std::string_view field) {
+  new_forces_ += count;
+  if (world_.layer_state().forces.size() + new_forces_ <= Limits::kPendingForcesMax) return absl::OkStatus();
+  return Refuse(Reason::kLimitExceeded, field,
+                Cat("at most ", Limits::kPendingForcesMax, " forces of a world wait for a step"));
+}
+
 Status CommandValidator::Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const {
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckEntity(desc), path));
   if (const Backend* backend = world_.registry_.Find(settings_.engine)) {
@@ -151,6 +159,8 @@ Status CommandValidator::operator()(const ApplyForce& command) {
     return Refuse(Reason::kInvalidValue, "steps",
                   "steps must be 1 or unset: a sampled force is told anew for each step");
   }
+  // One that replaces leaves one of its entity, so that there are never more of these than entities.
+  if (!command.replace) GENPHYS_RETURN_IF_ERROR(CheckPending(1, "entity_id"));
   return CheckWrench(command.force, command.torque, command.point, "force", "torque");
 }
 
@@ -235,6 +245,7 @@ Status CommandValidator::operator()(const ApplyForceColumns& command) {
     const Status status = CheckDynamic(command.ids[i], "entity_ids");
     if (!status.ok()) return CheckDynamic(command.ids[i], Cat("entity_ids[", i, "]"));
   }
+  GENPHYS_RETURN_IF_ERROR(CheckPending(command.ids.size(), "entity_ids"));
   GENPHYS_RETURN_IF_ERROR(CheckColumn(command.forces, "forces"));
   return CheckColumn(command.torques, "torques");
 }

@@ -59,6 +59,8 @@ class CommandValidator {
   /// The entity as the batch leaves it so far, or why `id` names none.
   Result<const EntityDesc*> Find(EntityId id, std::string_view field) const;
   Status CheckDynamic(EntityId id, std::string_view field) const;
+  /// Whether `count` more forces may wait for a step.
+  Status CheckPending(size_t count, std::string_view field);
   Status Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const;
   Status CheckIgnored(const EntityDesc& desc) const;
   Status CheckEngine(const std::string& name) const;
@@ -81,6 +83,7 @@ class CommandValidator {
   std::set<ForceFieldId> deleted_fields_;
   uint32_t created_ = 0;
   uint32_t created_joints_ = 0;
+  size_t new_forces_ = 0;
   std::vector<PreparedEntity> prepared_;
   std::vector<JointKind> kinds_;  // that the batch creates or changes to
   // By place in the batch: what a CreateEntity there makes.

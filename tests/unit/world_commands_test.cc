@@ -56,6 +56,23 @@ TEST(Commands, SeeWhatEarlierOnesOfTheBatchDid) {
                 "commands[1].apply_force.entity_id");
 }
 
+TEST(Commands, LetNoMoreForcesWaitThanAWorldHolds) {
+  Scene scene;
+  const size_t half = Limits::kPendingForcesMax / 2;
+  const ApplyForceColumns many{.ids = std::vector(half, scene.ball), .forces = std::vector(half, Vector3(1, 0, 0))};
+  const ApplyForceColumns column{.ids = {scene.ball}, .forces = {Vector3(1, 0, 0)}};
+  ApplyForce one{.id = scene.ball, .force = {1, 0, 0}, .steps = 1000};
+  ExpectRefused(*scene.world, {many, many, one}, Reason::kLimitExceeded, "commands[2].apply_force.entity_id");
+  ASSERT_TRUE(scene.world->Apply(std::vector<Command>{many, many}).ok());
+
+  ExpectRefused(*scene.world, {one}, Reason::kLimitExceeded, "commands[0].apply_force.entity_id");
+  ExpectRefused(*scene.world, {column}, Reason::kLimitExceeded, "commands[0].apply_forces.entity_ids");
+  one.replace = true;
+  Do(*scene.world, one);
+  EXPECT_EQ(scene.world->layer_state().forces.size(), 1u);
+  Do(*scene.world, column);
+}
+
 TEST(Commands, TellNullForgedAndStaleIdsApart) {
   Scene scene;
   const EntityId gone = Add(*scene.world, Ball({9, 0, 1}));

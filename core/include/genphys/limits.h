@@ -43,6 +43,8 @@ struct Limits {
   static constexpr unsigned kHeightfieldSideMax = 1024;
   static constexpr unsigned kJointsMax = 1'000'000;
   static constexpr unsigned kEntitiesMax = 1'000'000;
+  /// Forces of commands that wait for a step, or for more of them.
+  static constexpr unsigned kPendingForcesMax = 2'000'000;
   /// Of geometries near each other, and of points at which they touch, when a step begins: memory grows with them.
   static constexpr unsigned kNearPairsMax = 1'000'000;
   static constexpr unsigned kContactPointsMax = 1'000'000;
