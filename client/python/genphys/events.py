@@ -75,7 +75,7 @@ class ContactBegan(Event):
 
 @dataclasses.dataclass(frozen=True)
 class ContactPersisted(Event):
-    """Two entities still touch."""
+    """Two entities still touch, of which one at least is awake."""
 
     entity_a: Entity
     entity_b: Entity
@@ -122,7 +122,7 @@ class EntityWoke(Event):
 
 @dataclasses.dataclass(frozen=True)
 class EntityStartedMoving(Event):
-    """Rose above the threshold of moving, in rotation or else in translation."""
+    """A dynamic entity rose above the threshold of moving, in rotation or else in translation."""
 
     entity: Entity
     rotation: bool
@@ -130,7 +130,7 @@ class EntityStartedMoving(Event):
 
 @dataclasses.dataclass(frozen=True)
 class EntityStoppedMoving(Event):
-    """Fell below the threshold of moving, in rotation or else in translation."""
+    """A dynamic entity fell below the threshold of moving, in rotation or else in translation."""
 
     entity: Entity
     rotation: bool
