@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "frame_subscription.h"
+#include "kept_state.h"
 
 namespace genphys {
 
@@ -24,49 +25,71 @@ void FrameHub::PublishCurrent(const World& world, const Stamp& stamp, Keyframes&
   Deliver(world, stamp, keyframes, false);
 }
 
-void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new) {
-  struct Order {
+struct FrameHub::Orders {
+  using Viewers = std::vector<std::shared_ptr<FrameSubscription>>;
+  struct Frames {
     Layout* layout;
-    std::map<uint64_t, std::vector<std::shared_ptr<FrameSubscription>>> takers;  // by the keyframe that they have
+    std::map<uint64_t, Viewers> takers;  // by the keyframe that they have
   };
-  std::vector<Order> orders;
-  std::unique_lock lock(mutex_);
+  std::vector<Frames> frames;
+  Viewers keepers;  // of the state
+};
+
+FrameHub::Orders FrameHub::TakeOrders(const World& world, const Stamp& stamp, bool is_new) {
+  using Need = FrameSubscription::Need;
+  Orders orders;
+  const std::lock_guard lock(mutex_);
   for (auto layout = layouts_.begin(); layout != layouts_.end();) {
     std::erase_if(layout->viewers, [](const auto& viewer) { return viewer.expired(); });
     if (layout->viewers.empty()) {
       layout = layouts_.erase(layout);
       continue;
     }
-    Order order{&*layout, {}};
+    Orders::Frames frames{&*layout, {}};
     const bool is_cheap = layout->frame_bytes <= kWrittenHereMax;
     for (const auto& weak : layout->viewers) {
       const auto viewer = weak.lock();
       if (viewer == nullptr) continue;
-      viewer->CheckOnce(world, layout->request);
-      if (is_new ? viewer->Offer(stamp.step, is_cheap) : viewer->WaitsForCurrent())
-        order.takers[viewer->keyframe_].push_back(viewer);
+      viewer->CheckOnce(world);
+      const Need need = is_new                      ? viewer->Offer(stamp.step, is_cheap)
+                        : viewer->WaitsForCurrent() ? Need::kFrame
+                                                    : Need::kNothing;
+      if (need == Need::kFrame) frames.takers[viewer->keyframe_].push_back(viewer);
+      if (need == Need::kState) orders.keepers.push_back(viewer);
     }
-    if (!order.takers.empty()) orders.push_back(std::move(order));
+    if (!frames.takers.empty()) orders.frames.push_back(std::move(frames));
     ++layout;
   }
-  lock.unlock();
+  return orders;
+}
+
+void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new) {
+  const Orders orders = TakeOrders(world, stamp, is_new);
+  if (orders.frames.empty() && orders.keepers.empty()) return;
   // Layouts stay where they are until the world comes here again, and only it reads and writes what is used of them
   // here.
   v1::WorldStamp encoded_stamp;
   stamp.Encode(&encoded_stamp);
-  for (const Order& order : orders) {
+  for (const Orders::Frames& order : orders.frames) {
     for (const auto& [base, takers] : order.takers) {
-      const Keyframes::Encoded frame = keyframes.Encode(world, order.layout->request, encoded_stamp, base);
+      const Keyframes::Encoded frame = keyframes.Encode(world, *order.layout->request, encoded_stamp, base);
       const size_t bytes = SizeOf(frame.frame);
       std::vector<std::function<void()>> deliveries;
-      lock.lock();
-      for (const auto& viewer : takers) {
-        if (auto delivery = viewer->Take(frame)) deliveries.push_back(std::move(delivery));
+      {
+        const std::lock_guard lock(mutex_);
+        for (const auto& viewer : takers) {
+          if (auto delivery = viewer->Take(frame)) deliveries.push_back(std::move(delivery));
+        }
       }
-      lock.unlock();
       Send(std::move(deliveries), bytes);
       order.layout->frame_bytes = bytes;
     }
+  }
+  if (orders.keepers.empty()) return;
+  const auto state = std::make_shared<KeptState>(world.state(), encoded_stamp);
+  const std::lock_guard lock(mutex_);
+  for (const auto& viewer : orders.keepers) {
+    if (auto delivery = viewer->Keep(state)) pool_.Post(std::move(delivery));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "frame_subscription.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "frame_check.h"
@@ -47,7 +48,11 @@ void FrameSubscription::Open(const Bytes& request) {
       const std::string key = frame.SerializeAsString();
       auto layout = std::find_if(hub_->layouts_.begin(), hub_->layouts_.end(),
                                  [&](const FrameHub::Layout& other) { return other.key == key; });
-      if (layout == hub_->layouts_.end()) layout = hub_->layouts_.insert(layout, {key, frame, {}, SIZE_MAX});
+      if (layout == hub_->layouts_.end()) {
+        layout = hub_->layouts_.insert(layout,
+                                       {key, std::make_shared<const v1::FrameRequest>(std::move(frame)), {}, SIZE_MAX});
+      }
+      wanted_ = layout->request;
       layout->viewers.push_back(weak_from_this());
       open_ = true;
     }
@@ -59,17 +64,18 @@ void FrameSubscription::Open(const Bytes& request) {
 
 void FrameSubscription::Next(Receiver receiver) {
   std::function<void()> delivery;
-  bool waits = false;
+  bool waits = false, encodes = false;
   {
     const std::lock_guard lock(hub_->mutex_);
     receiver_ = std::move(receiver);
-    if (newest_) delivery = HandOn();
+    encodes = state_ != nullptr;
+    if (newest_ || state_) delivery = HandOn();
     Settle();
     waits = WaitsForCurrent();
   }
   // Whoever receives may let go of this.
   const auto hub = hub_;
-  if (delivery) delivery();
+  if (delivery) encodes ? hub->pool_.Post(std::move(delivery)) : delivery();
   if (waits) hub->call_current_();
 }
 
@@ -79,26 +85,35 @@ void FrameSubscription::Cancel() {
   Settle();
 }
 
-void FrameSubscription::CheckOnce(const World& world, const v1::FrameRequest& wanted) {
+void FrameSubscription::CheckOnce(const World& world) {
   if (std::exchange(checked_, true) || end_) return;
-  const Status status = CheckFrameEntities(world, wanted);
+  const Status status = CheckFrameEntities(world, *wanted_);
   if (status.ok()) return;
   end_ = status;
   Settle();
 }
 
-bool FrameSubscription::Offer(uint64_t step, bool is_cheap) {
-  if (end_ || step % every_nth_step_ != 0) return false;
+FrameSubscription::Need FrameSubscription::Offer(uint64_t step, bool is_cheap) {
+  if (end_ || step % every_nth_step_ != 0) return Need::kNothing;
   ++frames_due_;
-  if (receiver_ || every_nth_step_ > 1 || is_cheap) return true;
+  if (receiver_ || is_cheap) return Need::kFrame;
+  if (every_nth_step_ > 1) return KeptState::Suffices(*wanted_) ? Need::kState : Need::kFrame;
   // Whoever wants every step is served with the present when it comes back, and nothing is encoded before.
   wants_current_ = true;
   newest_.reset();
-  return false;
+  return Need::kNothing;
 }
 
 std::function<void()> FrameSubscription::Take(const Keyframes::Encoded& frame) {
   newest_ = frame;
+  state_.reset();
+  wants_current_ = false;
+  return receiver_ ? HandOn() : nullptr;
+}
+
+std::function<void()> FrameSubscription::Keep(std::shared_ptr<KeptState> state) {
+  newest_.reset();
+  state_ = std::move(state);
   wants_current_ = false;
   return receiver_ ? HandOn() : nullptr;
 }
@@ -107,8 +122,20 @@ std::function<void()> FrameSubscription::HandOn() {
   // The first frame is that of the present, which was not due for anybody.
   const uint64_t skipped = frames_due_ - std::min(frames_due_, frames_seen_ + 1);
   frames_seen_ = frames_due_;
+  Receiver receiver = std::exchange(receiver_, nullptr);
+  if (state_ != nullptr) {
+    return [receiver = std::move(receiver), state = std::exchange(state_, nullptr), wanted = wanted_, skipped] {
+      Delivery delivery;
+      try {
+        delivery.message = FrameMessage(state->Encode(wanted), skipped);
+      } catch (const std::exception& exception) {
+        delivery.end = absl::InternalError(std::string("the stream failed: ") + exception.what());
+      }
+      receiver(std::move(delivery));
+    };
+  }
   keyframe_ = newest_->keyframe_id;
-  return [receiver = std::exchange(receiver_, nullptr), frame = std::exchange(newest_, std::nullopt)->frame, skipped] {
+  return [receiver = std::move(receiver), frame = std::exchange(newest_, std::nullopt)->frame, skipped] {
     receiver({FrameMessage(frame, skipped), absl::OkStatus()});
   };
 }

@@ -22,8 +22,9 @@ class FrameSubscription;
 
 /// The viewers of one world. Newest wins: a viewer that is not done with a frame misses those that come meanwhile, and
 /// is told how many. A frame is encoded once for all who ask for the same columns and, of deltas, have the same
-/// keyframe, and a large one not at all while nobody waits for it. Viewers never hold up the world. Thread-safe, but
-/// Publish() and PublishCurrent() are the world's alone.
+/// keyframe, and a large one not at all while nobody waits for it; but for deltas and joints of steps that the world
+/// may have gone past when somebody does. Viewers never hold up the world. Thread-safe, but Publish() and
+/// PublishCurrent() are the world's alone.
 class FrameHub : public std::enable_shared_from_this<FrameHub> {
  public:
   /// A frame of up to so many bytes is encoded before somebody waits for it, and for one viewer alone it is sent by the
@@ -52,11 +53,14 @@ class FrameHub : public std::enable_shared_from_this<FrameHub> {
   // Viewers that want the same columns.
   struct Layout {
     std::string key;  // the encoded request
-    v1::FrameRequest request;
+    std::shared_ptr<const v1::FrameRequest> request;
     std::vector<std::weak_ptr<FrameSubscription>> viewers;
     size_t frame_bytes = SIZE_MAX;  // of the last one
   };
 
+  // Who is to be given what, as is known with the lock held.
+  struct Orders;
+  Orders TakeOrders(const World& world, const Stamp& stamp, bool is_new);
   void Send(std::vector<std::function<void()>> deliveries, size_t bytes);
   void Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new);
 
