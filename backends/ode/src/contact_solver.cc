@@ -55,6 +55,8 @@ constexpr double kSlipGate = 0.02 * kGravity;
 constexpr double kHeldPart = 0.8;
 // What is so many times as fast as friction at one of its points slows it down in a step slides on for some steps.
 constexpr double kSlides = 4;
+// The same of what hangs together with joints, which may press it far more than in the last step.
+constexpr double kSlidesJointed = 16;
 // rad/s^2: the same as the gate of a slip, of a direction of rolling.
 constexpr double kRollGate = 0.2;
 
@@ -99,10 +101,9 @@ double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trac
 // What slips much faster than friction could stop it soon is braked against its slip in the middle of the step, which
 // is of second order, and has no friction across that: what holds it in one direction would be held in the other, too,
 // and a push across it, however small, moves it.
-void SetFriction(const ContactConstraint& contact, const Vector3& slip, double soon, double step_size, dContact& to) {
+void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to) {
   to.surface.mu = contact.friction;
   const double speed = slip.norm(), sliding = contact.slip.norm();
-  const double fast = kSlides * std::max(soon, kGravity * contact.friction * step_size);
   if (speed > fast && sliding > fast) {
     to.surface.mode |= dContactFDir1 | dContactAxisDep;
     ToOde(contact.slip / sliding, to.fdir1);
@@ -345,7 +346,8 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   if (is_shared) {
     ShareFriction(contact, slip, step_size_, ode_contact);
   } else {
-    SetFriction(contact, slip, InverseMass(contact) * contact.grip, step_size_, ode_contact);
+    const double soon = std::max(InverseMass(contact) * contact.grip, kGravity * contact.friction * step_size_);
+    SetFriction(contact, slip, (contact.is_jointed ? kSlidesJointed : kSlides) * soon, step_size_, ode_contact);
   }
   if (resists_turning) SetTorsion(contact, ode_contact);
   SetOtherVelocity(contact, ode_contact);

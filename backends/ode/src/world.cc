@@ -439,6 +439,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                        .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
                        .braked = sign * recalled.braked,
                        .grip = recalled.grip,
+                       .is_jointed = islands_.islands()[island].joint_rows > 0,
                        .correction = pair.correction,
                        .shared_axis = may_share ? recalled.shared_axis : std::nullopt,
                        .rolling_friction = pair.material.rolling_friction,
