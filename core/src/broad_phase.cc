@@ -120,6 +120,11 @@ bool BroadPhase::MayTouch(GeometryRow a, GeometryRow b) const {
   return BoxOf(first).Overlaps(BoxOf(second));
 }
 
+bool BroadPhase::MayTouch(GeometryRow row, const Bounds& box) const {
+  const Proxy& proxy = proxies_[Index(row)];
+  return proxy.kind == Kind::kPlane ? Reaches(box, planes_[proxy.index].half_space) : BoxOf(proxy).Overlaps(box);
+}
+
 bool BroadPhase::Surrounds(GeometryRow row, const Bounds& box) const {
   const Proxy& proxy = proxies_[Index(row)];
   return !any_fresh() && proxy.kind == Kind::kMoving && !has_drifted_ && proxy.neighbourhood.Contains(box);

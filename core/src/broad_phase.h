@@ -77,6 +77,9 @@ class BroadPhase {
   /// Whether two neighbours may touch.
   bool MayTouch(GeometryRow a, GeometryRow b) const;
 
+  /// Whether the bounds of the geometry, or the region reserved for it, overlap `box`.
+  bool MayTouch(GeometryRow row, const Bounds& box) const;
+
   /// Whether `box` lies in the neighbourhood of a moving geometry, and no geometry is fresh.
   bool Surrounds(GeometryRow row, const Bounds& box) const;
   /// Whether the neighbourhood of the geometry overlaps `box`.

@@ -1,7 +1,9 @@
 #include "impact_sweep.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "genphys/bounds.h"
@@ -81,9 +83,8 @@ class Sweeper {
 
   Swept Find() {
     FindCandidates();
-    std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
-      return a.sweep != b.sweep ? a.sweep < b.sweep : world_.rule.Before(a.other, b.other);
-    });
+    FindCrossing();
+    Order();
     Swept swept;
     for (const Candidate& candidate : candidates_) Meet(candidate, swept);
     return swept;
@@ -194,6 +195,57 @@ class Sweeper {
       AddKnown(pair.entity_b, pair.b, pair.a, pair.is_sensor);
     }
     world_.swept_index.Clear();
+  }
+
+  // Two whose ways cross may both be past the other one by now.
+  void FindCrossing() {
+    if (sweeps_.size() < 2) return;
+    Bounds all = sweeps_.front().bounds;
+    for (const Sweep& sweep : sweeps_) all = all.Union(sweep.bounds);
+    Eigen::Index axis = 0;
+    (all.max - all.min).maxCoeff(&axis);
+    std::vector<uint32_t> order(sweeps_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::sort(order, {}, [&](uint32_t i) { return std::pair(sweeps_[i].bounds.min[axis], i); });
+    for (size_t i = 0; i < order.size(); ++i) {
+      const Sweep& sweep = sweeps_[order[i]];
+      for (size_t j = i + 1; j < order.size(); ++j) {
+        const Sweep& other = sweeps_[order[j]];
+        if (other.bounds.min[axis] > sweep.bounds.max[axis]) break;
+        if (sweep.way == other.way || !sweep.bounds.Overlaps(other.bounds)) continue;
+        const PairRule::Verdict verdict = world_.rule.Decide(sweep.own, other.own);
+        if (verdict == PairRule::Verdict::kIgnore) continue;
+        candidates_.push_back({order[i], other.own, verdict == PairRule::Verdict::kSensor});
+      }
+    }
+  }
+
+  // Of two that are both on their ways only one is taken along its own, always the same, however they were found.
+  void Order() {
+    std::vector<std::pair<GeometryRow, uint32_t>> sweep_of;
+    for (uint32_t i = 0; i < sweeps_.size(); ++i) sweep_of.emplace_back(sweeps_[i].own, i);
+    std::ranges::sort(sweep_of);
+    for (Candidate& candidate : candidates_) {
+      const auto other = std::ranges::lower_bound(sweep_of, std::pair(candidate.other, uint32_t{0}));
+      if (other == sweep_of.end() || other->first != candidate.other) continue;
+      if (!GoesFirst(other->second, candidate.sweep)) continue;
+      candidate = {other->second, sweeps_[candidate.sweep].own, candidate.is_sensor};
+    }
+    std::ranges::sort(candidates_, [&](const Candidate& a, const Candidate& b) {
+      return a.sweep != b.sweep ? a.sweep < b.sweep : world_.rule.Before(a.other, b.other);
+    });
+    const auto is_same = [](const Candidate& a, const Candidate& b) {
+      return a.sweep == b.sweep && a.other == b.other;
+    };
+    candidates_.erase(std::unique(candidates_.begin(), candidates_.end(), is_same), candidates_.end());
+  }
+
+  // What turns, or is thinner.
+  bool GoesFirst(uint32_t a, uint32_t b) const {
+    const auto key = [&](uint32_t i) {
+      return std::tuple(!(sweeps_[i].reach > 0), UnseenWay(sweeps_[i].geometry->shape), i);
+    };
+    return key(a) < key(b);
   }
 
   void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other, bool is_sensor) {

@@ -90,6 +90,8 @@ class NearPairs {
 
   /// Whether the bounds of the two overlap.
   bool MayTouch(const Pair& pair) const { return broad_phase_.MayTouch(pair.a, pair.b); }
+  /// Whether those of a geometry, or the region reserved for it, overlap `bounds`.
+  bool MayTouch(GeometryRow row, const Bounds& bounds) const { return broad_phase_.MayTouch(row, bounds); }
 
   /// Overwrites `contacts` with all points of near pairs, as the engine finds them, in canonical order.
   void Collide(const PairRule& rule, BackendWorld& engine, ContactBuffer& contacts);

@@ -179,6 +179,25 @@ std::vector<FlownWay> StepRun::NewWays(const Impacts& impacts, std::vector<Flown
   return ways;
 }
 
+// Adds the ways of those that go far and cross one of `ways`: where they are by now is no more in its way.
+void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const {
+  const auto around = [&](const FlownWay& way) {
+    const Vector3 end = state_.pose(way.row).position, reach = Vector3::Constant(world_.reaches_[Index(way.row)]);
+    return Bounds{way.start.position.cwiseMin(end) - reach, way.start.position.cwiseMax(end) + reach};
+  };
+  std::vector<Bounds> boxes;
+  for (const FlownWay& way : ways) boxes.push_back(around(way));
+  const auto own = static_cast<std::ptrdiff_t>(ways.size());
+  for (const FlownWay& way : flown) {
+    const double length = (state_.pose(way.row).position - way.start.position).norm();
+    if (length <= ThicknessOf(*world_.scene_.entities[Index(way.row)])) continue;
+    if (std::ranges::binary_search(ways.begin(), ways.begin() + own, way.row, {}, &FlownWay::row)) continue;
+    const Bounds box = around(way);
+    if (std::ranges::any_of(boxes, [&](const Bounds& each) { return each.Overlaps(box); })) ways.push_back(way);
+  }
+  std::ranges::inplace_merge(ways, ways.begin() + own, {}, &FlownWay::row);
+}
+
 bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
@@ -199,6 +218,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     changed.Clear();
     impacts.MarkStruck(changed);
     renewed = NewWays(impacts, flown);
+    if (!renewed.empty()) AddCrossing(flown, renewed);
     ways = renewed;
     std::vector<EntityRow> rows;
     for (const FlownWay& moved : impacts.moved()) {
@@ -214,6 +234,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
       const size_t strays = faulted_.size();
       RetireStrays();
       for (const EntityRow row : rows) Place(row);
+      GroundPassed(ways, elapsed);
       GroundMet(elapsed);
       is_all_new = CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
     }

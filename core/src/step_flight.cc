@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <tuple>
 #include <utility>
 
 #include "free_rotation.h"
@@ -36,16 +38,16 @@ struct DampedFlight {
   double fall;
 };
 
+}  // namespace
+
 // m, half of that of its thinnest geometry.
-double ThicknessOf(const SceneEntity& entity) {
+double StepRun::ThicknessOf(const SceneEntity& entity) {
   double least = std::numeric_limits<double>::infinity();
   for (const Geometry& geometry : entity.desc->rigid_body->geometries) {
     least = std::min(least, SmallestHalfExtent(geometry.shape));
   }
   return least;
 }
-
-}  // namespace
 
 // Whether its way through this step has a closed form as long as nothing comes in between.
 bool StepRun::MayFly(EntityRow row) const {
@@ -228,6 +230,31 @@ void StepRun::GroundMet(double elapsed) {
     }
   }
   if (was_any) ForgetGrounded();
+}
+
+// So is who is in the way of what was thrown back, wherever that is by now.
+void StepRun::GroundPassed(std::span<const FlownWay> ways, double elapsed) {
+  if (flyers_.empty()) return;
+  std::vector<EntityRow> met;
+  for (const FlownWay& way : ways) {
+    const uint32_t row = Index(way.row);
+    const std::vector<Geometry>& geometries = world_.scene_.entities[row]->desc->rigid_body->geometries;
+    const Placement start = ToPlacement(way.start), end = ToPlacement(state_.pose(way.row));
+    for (size_t i = 0; i < geometries.size(); ++i) {
+      const GeometryRow own = world_.geometry_rows_[row][i];
+      const auto [shape, pose] = std::tie(geometries[i].shape, geometries[i].pose_in_entity);
+      const Bounds bounds = BoundsOf(shape, PlacedIn(start, pose)).Union(BoundsOf(shape, PlacedIn(end, pose)));
+      world_.near_->VisitOthers(world_.rule_, own, bounds, [&](GeometryRow other) {
+        const EntityRow entity = world_.rule_.info(other).entity;
+        if (!scratch_.flies[entity] || !world_.near_->MayTouch(other, bounds)) return;
+        if (world_.rule_.Decide(own, other) != PairRule::Verdict::kIgnore) met.push_back(entity);
+      });
+    }
+  }
+  std::ranges::sort(met);
+  met.erase(std::unique(met.begin(), met.end()), met.end());
+  for (const EntityRow row : met) Ground(row, elapsed);
+  if (!met.empty()) ForgetGrounded();
 }
 
 void StepRun::Ground(EntityRow row, double elapsed) {

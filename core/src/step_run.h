@@ -82,7 +82,9 @@ class StepRun {
   bool Drift();
   void ChooseFlyers();
   void GroundThoseThatMeet();
+  static double ThicknessOf(const SceneEntity& entity);
   void GroundMet(double elapsed);
+  void GroundPassed(std::span<const FlownWay> ways, double elapsed);
   void Ground(EntityRow row, double elapsed);
   void ForgetGrounded();
   void Fly(const Flyer& flyer, double time);
@@ -133,6 +135,7 @@ class StepRun {
   ImpactWorld Surroundings();
   std::vector<FlownWay> FlownWays(double h) const;
   static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
+  void AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const;
   void AddVisits();
 
   // Energy of joints (step_energy.cc).

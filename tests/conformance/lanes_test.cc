@@ -1,6 +1,7 @@
 // No lane changes what happens: a world whose bodies all go through the engine does the same within the errors of the
 // method, and the same to the last bit when it is done again.
 #include <cmath>
+#include <vector>
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
@@ -180,6 +181,64 @@ TEST_P(Lanes, TellTheSameOfWhatBounces) {
   constexpr int kBounces = 2;
   const double found = 2 * kBounces * ImpactDepth(11, longest);
   for (size_t i = 0; i < kBalls; ++i) EXPECT_LE((places[i] - places[kBalls + i]).norm(), 2 * found) << i;
+}
+
+// One ball glances off another so fast that the second one flies on to a third within the same substep, which was in
+// nobody's way before.
+TEST_P(Lanes, AreLeftByWhomSomethingThrownBackMeets) {
+  Proves({Claim::kSphere, Claim::kRestitution});
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double radius = 0.1, speed = random.LogUniform(100, 300), aside = random.Uniform(0.3, 0.9);
+    // From the first to the second where they touch; along it the second one goes then.
+    const double aslant = aside * std::sqrt(2.0) * radius;
+    const Vector3 normal = Vector3(std::sqrt(4 * radius * radius - aslant * aslant), aslant, 0).normalized();
+    for (const bool engine_only : {false, true}) {
+      WorldDesc desc{.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false};
+      desc.stepper.engine_only = engine_only;
+      desc.stepper.quality = Quality::kFast;
+      desc.default_material = {.friction = 0, .restitution = 1};
+      const auto world = testing::MakeWorld(desc);
+      Require(*world, Feature::kContacts);
+      EntityDesc first = Ball(-2 * radius * normal - Vector3(0.3 * speed * kStep, 0, 0), radius);
+      first.rigid_body->linear_velocity = {speed, 0, 0};
+      Add(*world, first);
+      Add(*world, Ball(Vector3::Zero(), radius));
+      const EntityId third = Add(*world, Ball(0.8 * normal, radius));
+      Steps(*world, 1);
+      EXPECT_NEAR(VelocityOf(*world, third).norm(), speed * normal.x(), 1e-3 * speed) << engine_only;
+    }
+  }
+}
+
+// By the end of the substep both are past the other one.
+TEST_P(Lanes, LeaveNobodyUnmetWhoseWayIsCrossed) {
+  Proves({Claim::kSphere, Claim::kRestitution});
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double radius = random.LogUniform(0.02, 0.1), speed = random.LogUniform(60, 300);
+    const double time = random.Uniform(0.3, 0.7) * kStep;
+    for (const bool engine_only : {false, true}) {
+      WorldDesc desc{.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false};
+      desc.stepper.engine_only = engine_only;
+      desc.stepper.quality = Quality::kFast;
+      desc.default_material = {.friction = 0, .restitution = 1};
+      const auto world = testing::MakeWorld(desc);
+      Require(*world, Feature::kContacts);
+      std::vector<EntityId> balls;
+      for (const Vector3& way : {Vector3(speed, 0, 0), Vector3(0, speed, 0)}) {
+        EntityDesc ball = Ball(-time * way, radius);
+        ball.rigid_body->linear_velocity = way;
+        balls.push_back(Add(*world, ball));
+      }
+      Steps(*world, 1);
+      // They exchange what they have along the diagonal between them.
+      EXPECT_LE((VelocityOf(*world, balls[0]) - Vector3(0, speed, 0)).norm(), 1e-3 * speed) << engine_only;
+      EXPECT_LE((VelocityOf(*world, balls[1]) - Vector3(speed, 0, 0)).norm(), 1e-3 * speed) << engine_only;
+    }
+  }
 }
 
 TEST_P(Lanes, ThatAreLeftGiveTheSameBitsAgain) {
