@@ -11,8 +11,6 @@ namespace {
 // Radians per inner step: with 0.25 the energy of the worst of 20 tumbling bodies (A5.any of bench/accuracy, 1/60 s)
 // was off by 4e-5 after 10 s, with this by 2e-6.
 constexpr double kAngleMax = 0.12;
-// Bounds the work for a body at the limits of spin and step size; beyond it accuracy is lost, not stability.
-constexpr int kInnerStepsMax = 4096;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.
 constexpr double kNegligibleAngle = 1e-8;
 // Relative difference of moments that is no more than rounding.
@@ -78,9 +76,9 @@ bool IsAboutPrincipalAxis(const Vector3& momentum, const Vector3& spin) {
   return momentum.cross(spin).squaredNorm() <= kParallel * kParallel * momentum.squaredNorm() * spin.squaredNorm();
 }
 
-int CountSteps(double rate, double angle_max, double time) {
+int CountSteps(double rate, double angle_max, double time, int steps_max) {
   const double steps = std::floor(rate * time / angle_max) + 1;
-  return static_cast<int>(std::min<double>(steps, kInnerStepsMax));
+  return static_cast<int>(std::min<double>(steps, steps_max));
 }
 
 // The rotation vector of `turn` on the branch nearest to `expected`, which may exceed half a turn.
@@ -150,12 +148,12 @@ class SlenderBody {
     left_ = principal.eigenvalues()[1] - across_;
   }
 
-  void Advance(double time) {
+  void Advance(double time, int steps_max = kInnerStepsMax) {
     const Vector3 own = own_.conjugate() * momentum_;
     // As fast as it turns about the axis, and as it can by what is left.
     const double along = along_ * own.dot(axis_), left = left_ * momentum_.norm();
     const double rate = std::sqrt(along * along + along_ * left * momentum_.norm()) + left;
-    const int count = CountSteps(rate, kSlenderAngleMax, time);
+    const int count = CountSteps(rate, kSlenderAngleMax, time, steps_max);
     const double h = time / count;
     const double cube = std::cbrt(2.0), outer = h / (2 - cube), inner = -cube * outer;
     for (int i = 0; i < count; ++i) {
@@ -239,14 +237,14 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after, const Vec
   return Logarithm(after * before.conjugate(), expected);
 }
 
-Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
-                     double time) {
+Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor, double time,
+                     int steps_max) {
   const Vector3 spin = orientation * BodySpin(orientation, momentum, inverse_tensor);
-  return MeanFreeSpin(orientation, spin, momentum, inverse_tensor, time);
+  return MeanFreeSpin(orientation, spin, momentum, inverse_tensor, time, steps_max);
 }
 
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const Vector3& momentum,
-                     const Matrix3& inverse_tensor, double time) {
+                     const Matrix3& inverse_tensor, double time, int steps_max) {
   // About a principal axis it goes on as it is.
   if (spin.norm() * time < kNegligibleAngle || IsAboutPrincipalAxis(momentum, spin)) return spin;
   if (const int axis = SymmetryAxis(inverse_tensor); axis >= 0) {
@@ -255,10 +253,10 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const V
   }
   if (SlenderBody::Is(momentum, spin, inverse_tensor)) {
     SlenderBody body(orientation, momentum, inverse_tensor);
-    body.Advance(time);
+    body.Advance(time, steps_max);
     return Logarithm(body.orientation() * orientation.conjugate(), body.turned()) / time;
   }
-  const int count = CountSteps(spin.norm(), kAngleMax, time);
+  const int count = CountSteps(spin.norm(), kAngleMax, time, steps_max);
   const double h = time / count;
   TurningBody body(orientation.conjugate() * momentum, inverse_tensor);
   if (count == 1) return orientation * (body.Advance(h) / h);
@@ -295,7 +293,7 @@ FreeRotation::FreeRotation(const Quaternion& before, const Vector3& spin_before,
     body.Advance(time);
     orientation = body.orientation().normalized();
   } else {
-    const int count = CountSteps(spin_before.norm(), kAngleMax, time);
+    const int count = CountSteps(spin_before.norm(), kAngleMax, time, kInnerStepsMax);
     TurningBody body(body_momentum, mass.inverse_tensor);
     for (int i = 0; i < count; ++i) {
       if (i > 0) body.KeepSize();

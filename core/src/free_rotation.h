@@ -18,14 +18,18 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after);
 /// The one that is nearest to `expected`, which may be more than half a turn.
 Vector3 TurnBetween(const Quaternion& before, const Quaternion& after, const Vector3& expected);
 
+/// Bounds the work for a body at the limits of spin and step size.
+constexpr int kInnerStepsMax = 4096;
+
 /// The constant angular velocity (rad/s, world) that turns `orientation` in `time` seconds to where a free body with
 /// the world angular momentum `momentum` (kg*m^2/s) and the inverse tensor `inverse_tensor` (axes of the body) goes.
 /// The engine, which knows constant angular velocities only, is given this one and ends at the right orientation.
-Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor,
-                     double time);
+/// Takes no more than `steps_max` inner steps: with too few for how fast it turns, accuracy is lost, not stability.
+Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor, double time,
+                     int steps_max = kInnerStepsMax);
 /// The same of a body whose `spin` (rad/s, world) at first is known.
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const Vector3& momentum,
-                     const Matrix3& inverse_tensor, double time);
+                     const Matrix3& inverse_tensor, double time, int steps_max = kInnerStepsMax);
 
 /// Where a free body that is at `before` and turns by `spin_before` (rad/s, world) is after `time` seconds, and how it
 /// turns then: with constant angular momentum, by the closed form of symmetric bodies, or by methods of fourth order in

@@ -26,7 +26,9 @@ class ImpactMotion {
   /// Where the entity's frame was.
   Pose PoseBefore(double time) const;
   /// Where the point was about which it turns: the centre of mass, or the origin of the frame if nothing moves it.
-  Vector3 CenterBefore(double time) const { return CenterAt(PoseBefore(time)); }
+  Vector3 CenterBefore(double time) const;
+  /// From now on it works poses out from where it was `time` before the end: those near to that cost less then.
+  void GoFrom(double time);
   /// How the body moved there.
   StruckBody BodyBefore(double time) const;
 
@@ -47,6 +49,9 @@ class ImpactMotion {
   const MassProperties* mass_ = nullptr;  // null: nothing moves it
   Pose pose_;                             // of the entity's frame, at the end
   Vector3 linear_velocity_ = Vector3::Zero();
+  // A free body is known to have had this orientation, so long before the end, s.
+  Quaternion known_ = Quaternion::Identity();
+  double known_time_ = 0;
   Vector3 momentum_ = Vector3::Zero();  // angular; the angular velocity of what nothing moves
   Vector3 acceleration_ = Vector3::Zero();
   Vector3 torque_ = Vector3::Zero();

@@ -92,6 +92,28 @@ TEST_P(LiveExtremes, OfNearnessPartTwoBodiesOfAnyShapes) {
   }
 }
 
+// A call has half a minute. Each took more than that while a way was followed however often the body turns on it.
+TEST_P(LiveExtremes, OfReachAndSpinAreSweptInTimeForTheCall) {
+  bench_.TryStep(R"(
+    commands { create_entity { entity { rigid_body {
+      geometries { shape { sphere {} } }
+      geometries { shape { sphere {} } surface_velocity { x: 1 y: 1 z: 1e5 } }
+      geometries { shape { sphere {} } pose_in_entity { position { x: 1e7 y: 1 z: 1 } } }
+      linear_velocity { x: 1 y: -1e5 z: 1 } } } } }
+    commands { update_joint { joint { id: 1 entity_b { id: 4 }
+      six_dof { about_x { spring { rest_radians: -10000 } } } } } }
+    commands { create_joint { joint { entity_b { id: 4 } slider { motor { target_velocity: -99999 } } } } }
+    commands { update_force_field { field { id: 1 spring { entity_a: 4 point_in_a { x: 1 y: 1e7 z: 1 } } } } }
+    commands { create_joint { joint { entity_b { id: 4 }
+      six_dof { about_z { limits { upper_radians: -10000 } } } } } })",
+                 "accepted");
+  bench_.TryStep(R"(
+    commands { update_entity { entity { id: 4 rigid_body {
+      geometries { shape { ellipsoid { semi_axes { x: 1e5 y: 1 z: 1 } } } } } } } }
+    commands { apply_impulse { entity_id: 4 angular { x: -1e12 y: 1 z: 1 } } })",
+                 "accepted");
+}
+
 TEST_P(LiveExtremes, OfFormAndPlaceMakeABodyThatTurns) {
   const std::vector<std::string> shapes{"sphere { radius: 1e-5 }", "box { half_extents { x: 1e-5 y: 1e5 z: 1e-5 } }",
                                         "cylinder { radius: 1e-5 half_length: 1e5 }",
