@@ -1,7 +1,6 @@
 #include "impact_sweep.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -52,6 +51,7 @@ class Sweeper {
     const Pose end = world_.state.pose(way.row);
     const Vector3 turn = way.time * world_.state.angular_velocities.col(row);
     const double angle = turn.norm();
+    const auto first = static_cast<int>(sweeps_.size());
     for (size_t i = 0; i < body->geometries.size(); ++i) {
       const Geometry& geometry = body->geometries[i];
       const Shape& shape = geometry.shape;
@@ -79,6 +79,7 @@ class Sweeper {
       const Bounds bounds = turns ? Bounds{start.position - around, start.position + around} : BoundsOf(shape, start);
       sweep.bounds = bounds.Union({bounds.min + translation, bounds.max + translation});
     }
+    if (sweeps_.size() > static_cast<size_t>(first)) world_.swept_index[way.row] = first;
   }
 
   Swept Find() {
@@ -87,6 +88,7 @@ class Sweeper {
     Order();
     Swept swept;
     for (const Candidate& candidate : candidates_) Meet(candidate, swept);
+    world_.swept_index.Clear();
     return swept;
   }
 
@@ -174,14 +176,13 @@ class Sweeper {
   // each of them.
   void FindCandidates() {
     const bool walks = sweeps_.size() * kPairsPerSearch >= near_.pairs().size();
+    bool is_known = false;
     for (uint32_t i = 0; i < sweeps_.size(); ++i) {
       const Sweep& sweep = sweeps_[i];
       if (walks && near_.KnowsAllIn(sweep.own, sweep.bounds)) {
-        // Those of one entity follow each other.
-        int& first = world_.swept_index[world_.rule.info(sweep.own).entity];
-        if (first < 0) first = static_cast<int>(i);
-        is_known_ = true;
+        is_known = true;
       } else {
+        searched_.push_back(i);
         near_.VisitOthers(world_.rule, sweep.own, sweep.bounds, [&](GeometryRow other) {
           const PairRule::Verdict verdict = world_.rule.Decide(sweep.own, other);
           if (verdict == PairRule::Verdict::kIgnore) return;
@@ -189,23 +190,21 @@ class Sweeper {
         });
       }
     }
-    if (!is_known_) return;
+    if (!is_known) return;
     for (const NearPairs::Pair& pair : near_.pairs()) {
       AddKnown(pair.entity_a, pair.a, pair.b, pair.is_sensor);
       AddKnown(pair.entity_b, pair.b, pair.a, pair.is_sensor);
     }
-    world_.swept_index.Clear();
   }
 
-  // Two whose ways cross may both be past the other one by now.
+  // Two whose ways cross may both be past the other one by now. One that stays in its neighbourhood is found there.
   void FindCrossing() {
-    if (sweeps_.size() < 2) return;
-    Bounds all = sweeps_.front().bounds;
-    for (const Sweep& sweep : sweeps_) all = all.Union(sweep.bounds);
+    if (searched_.size() < 2) return;
+    Bounds all = sweeps_[searched_.front()].bounds;
+    for (const uint32_t i : searched_) all = all.Union(sweeps_[i].bounds);
     Eigen::Index axis = 0;
     (all.max - all.min).maxCoeff(&axis);
-    std::vector<uint32_t> order(sweeps_.size());
-    std::iota(order.begin(), order.end(), 0);
+    std::vector<uint32_t>& order = searched_;
     std::ranges::sort(order, {}, [&](uint32_t i) { return std::pair(sweeps_[i].bounds.min[axis], i); });
     for (size_t i = 0; i < order.size(); ++i) {
       const Sweep& sweep = sweeps_[order[i]];
@@ -222,14 +221,10 @@ class Sweeper {
 
   // Of two that are both on their ways only one is taken along its own, always the same, however they were found.
   void Order() {
-    std::vector<std::pair<GeometryRow, uint32_t>> sweep_of;
-    for (uint32_t i = 0; i < sweeps_.size(); ++i) sweep_of.emplace_back(sweeps_[i].own, i);
-    std::ranges::sort(sweep_of);
     for (Candidate& candidate : candidates_) {
-      const auto other = std::ranges::lower_bound(sweep_of, std::pair(candidate.other, uint32_t{0}));
-      if (other == sweep_of.end() || other->first != candidate.other) continue;
-      if (!GoesFirst(other->second, candidate.sweep)) continue;
-      candidate = {other->second, sweeps_[candidate.sweep].own, candidate.is_sensor};
+      const std::optional<uint32_t> other = SweepOf(world_.rule.info(candidate.other).entity, candidate.other);
+      if (!other || !GoesFirst(*other, candidate.sweep)) continue;
+      candidate = {*other, sweeps_[candidate.sweep].own, candidate.is_sensor};
     }
     std::ranges::sort(candidates_, [&](const Candidate& a, const Candidate& b) {
       return a.sweep != b.sweep ? a.sweep < b.sweep : world_.rule.Before(a.other, b.other);
@@ -249,13 +244,19 @@ class Sweeper {
   }
 
   void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other, bool is_sensor) {
+    const std::optional<uint32_t> i = SweepOf(entity, own);
+    if (!i || !near_.KnowsAllIn(own, sweeps_[*i].bounds)) return;
+    if (near_.MayReach(other, sweeps_[*i].bounds)) candidates_.push_back({*i, other, is_sensor});
+  }
+
+  std::optional<uint32_t> SweepOf(EntityRow entity, GeometryRow own) const {
     const int first = std::as_const(world_.swept_index)[entity];
-    if (first < 0) return;
+    if (first < 0) return std::nullopt;
+    // Those of one entity follow each other.
     for (auto i = static_cast<uint32_t>(first); i < sweeps_.size() && sweeps_[i].way->row == entity; ++i) {
-      const Sweep& sweep = sweeps_[i];
-      if (sweep.own != own || !near_.KnowsAllIn(own, sweep.bounds)) continue;
-      if (near_.MayReach(other, sweep.bounds)) candidates_.push_back({i, other, is_sensor});
+      if (sweeps_[i].own == own) return i;
     }
+    return std::nullopt;
   }
 
   void Meet(const Candidate& candidate, Swept& swept) {
@@ -358,7 +359,7 @@ class Sweeper {
   std::optional<ImpactMotion> motion_;
   const FlownWay* motion_of_ = nullptr;
   std::vector<Candidate> candidates_;
-  bool is_known_ = false;  // some candidates are among the near pairs
+  std::vector<uint32_t> searched_;  // that leave the neighbourhood of which all near pairs are known
 };
 
 }  // namespace
