@@ -4,7 +4,6 @@
 
 #include "impacts.h"
 #include "joint_step.h"
-#include "locked_axes.h"
 
 namespace genphys {
 namespace {
@@ -136,11 +135,7 @@ std::vector<JointRow> Impacts::RowsOf(const Group& group, std::span<const JointB
     world_.joints.WriteLocked(group.linked.slots[i], bodies[a], bodies[b], rows);
     slots.resize(rows.size(), group.linked.slots[i]);
   }
-  for (size_t i = 1; i <= group.linked.rows.size(); ++i) {
-    const SceneEntity& entity = *world_.scene.entities[Index(group.sides[i])];
-    const LockedAxes& locks = entity.desc->rigid_body->locked_axes;
-    if (locks.any()) WriteLocks(locks, entity.mass, bodies[i].row, bodies[i].center, bodies[i].pose.orientation, rows);
-  }
+  world_.joints.WriteLocks(group.linked, bodies, rows);
   return rows;
 }
 

@@ -102,8 +102,25 @@ class JointStep {
   /// Appends the rows of all that a joint locks, between these bodies where they are.
   void WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const;
 
+  /// Appends the rows of all locked axes of these, which are in `bodies` behind the world.
+  void WriteLocks(const Linked& linked, std::span<const JointBody> bodies, std::vector<JointRow>& rows) const;
+
   /// What the last solve made of those rows of a joint that lock nothing, with their impulses in the substep.
   std::vector<JointRow> LooseRows(uint32_t slot) const;
+
+  /// How a body moves differently: m/s and rad/s.
+  struct Change {
+    EntityRow row{};
+    Vector3 linear = Vector3::Zero();
+    Vector3 angular = Vector3::Zero();
+    bool is_pressed = false;  // something that it is held to is pressed against its limit from now on
+  };
+  /// Marks all that joints hold together with what came to a limit in the last solve.
+  void FindReached(RowMarks& reached);
+  /// What is left of the blows of those limits at the end of a substep of `h` seconds: what was solved is what brings
+  /// all of them to the right place, a part of the blow. With the rest, what a limit stopped moves as it was pulled
+  /// away since, as far as what is locked lets it.
+  std::vector<Change> LeaveReached(double h);
 
   /// Tells that blows between two solves left a row of the joint to bear the impulse that it has.
   void Bear(uint32_t slot, const JointRow& row);
@@ -161,6 +178,11 @@ class JointStep {
   bool Follow(uint32_t island, double h, std::vector<JointRow>& rows);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
   void FindJolts(std::span<const JointRow> rows);
+  void LeaveReached(const Linked& group, double h, std::vector<Change>& changes);
+  JointBody EndOf(EntityRow side, size_t place) const;
+  const JointRow* SolvedLimit(const Held& held, const JointRow& now) const;
+  bool WriteReached(const Held& held, const JointBody& body_a, const JointBody& body_b, double h,
+                    std::vector<JointRow>& rows) const;
   void Push(JointBody& body, double h);
   // How far the way of a joint over a substep of `h` seconds can be foretold, 0 to 1. Who turns far in it comes out
   // elsewhere.
@@ -191,6 +213,7 @@ class JointStep {
   std::vector<JointRow> aimed_;                   // scratch
   bool may_jolt_ = false;                         // a body begins anew, perhaps as others do not move
   std::vector<Jolt> jolts_;                       // by island, or none
+  std::vector<Linked> reached_;                   // limits, in the last solve
   std::vector<JointRow> left_rows_;
   std::vector<uint32_t> left_;  // in rows
 };

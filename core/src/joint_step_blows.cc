@@ -3,15 +3,10 @@
 
 #include "joint_step.h"
 #include "joints/kinds.h"
+#include "joints/row_rate.h"
+#include "locked_axes.h"
 
 namespace genphys {
-namespace {
-
-bool IsLocked(const JointRow& row) {
-  return !row.is_driven && row.lower == -JointRow::kUnbounded && row.upper == JointRow::kUnbounded;
-}
-
-}  // namespace
 
 JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
   Linked linked{.rows = {row}, .slots = {}};
@@ -50,6 +45,15 @@ void JointStep::WriteLocked(uint32_t slot, const JointBody& a, const JointBody& 
   rows.insert(rows.end(), all.begin(), all.end());
 }
 
+void JointStep::WriteLocks(const Linked& linked, std::span<const JointBody> bodies, std::vector<JointRow>& rows) const {
+  for (size_t i = 0; i < linked.rows.size(); ++i) {
+    const SceneEntity& entity = *scene_.entities[Index(linked.rows[i])];
+    const LockedAxes& locks = entity.desc->rigid_body->locked_axes;
+    const JointBody& body = bodies[i + 1];
+    if (locks.any()) genphys::WriteLocks(locks, entity.mass, body.row, body.center, body.pose.orientation, rows);
+  }
+}
+
 std::vector<JointRow> JointStep::LooseRows(uint32_t slot) const {
   const auto held = std::ranges::find(held_, slot, &Held::slot);
   if (held == held_.end()) return {};
@@ -57,7 +61,7 @@ std::vector<JointRow> JointStep::LooseRows(uint32_t slot) const {
   const auto [first, last] = std::ranges::equal_range(owners_, static_cast<uint32_t>(held - held_.begin()));
   for (auto owner = first; owner != last; ++owner) {
     const JointRow& row = rows_[static_cast<size_t>(owner - owners_.begin())];
-    if (IsLocked(row)) continue;
+    if (IsLocked(row) || row.is_reached) continue;
     loose.push_back(row);
     loose.back().impulse *= held->share;
   }

@@ -254,15 +254,20 @@ void StepRun::EndMover(Mover& mover, double h) {
   const Vector3 spun = state_.angular_velocities.col(row);
   const bool is_jolted =
       (!begins && IsBlow(half, rate, outside)) || joints_.IsJolted(mover.row, gained, spun - mover.spin_given);
-  scratch_.jolted.Set(mover.row, is_jolted);
-  if (is_jolted) {
+  const bool is_reached = scratch_.reached[mover.row];
+  scratch_.jolted.Set(mover.row, is_jolted && !is_reached);
+  if (is_reached) {
+    // Of what joints gave it, how much they give all the time is not told by a blow, but by what they gave before.
+    half.held_velocity = half.has_past ? Vector3(h / 2 * half.held_rate) : Vector3(Vector3::Zero());
+    if (!half.has_past) half.held_momentum.setZero();
+  } else if (is_jolted) {
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
   } else {
     half.held_velocity = h / 2 / interval * gained;
     half.held_momentum = h / 2 / interval * turned;
   }
-  half.held_rate = rate;
+  if (!is_reached) half.held_rate = rate;
   half.has_past = true;
   half.restarts = false;
   half.is_struck = false;

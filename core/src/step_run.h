@@ -56,6 +56,7 @@ class StepRun {
   void FinishJoints();
   void Substep(double h, double elapsed);
   void Solve(double h);
+  void LeaveLimits(double h);
   void MoveKinematic(double h);
   void Undo();
   ContactBudget BudgetWithin() const;

@@ -31,6 +31,7 @@ struct StepScratch {
   RowValues<double> free_since{kAlwaysFree};          // its last impact in this substep, s before the end
   RowMarks flew;                                      // in flight before the solve
   RowMarks jolted;                                    // the last solve gave it a blow
+  RowMarks reached;                                   // it, or what joints hold it to, a limit
   RowMarks is_sampled;                                // has one of `samples`
   RowMarks was_sampled;                               // has one of `last_samples`
   RowMarks jointed;                                   // a joint holds it
@@ -47,8 +48,8 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          group_of, swept_index, places, earliest, free_since, stances, flew, jolted, jointed, linked, held, changed,
-          moved, tested, flies, steered, strays, pushed);
+          group_of, swept_index, places, earliest, free_since, stances, flew, jolted, reached, jointed, linked, held,
+          changed, moved, tested, flies, steered, strays, pushed);
   }
 };
 

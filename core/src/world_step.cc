@@ -289,11 +289,14 @@ void StepRun::Substep(double h, double elapsed) {
   Solve(h);
   Mark("solve");
   joints_.Take(h);
+  scratch_.reached.Clear();
+  joints_.FindReached(scratch_.reached);
   ShareImpulses(h);
   world_.engine_->WriteState(locked_.Finish(), state_);
   GatherForces();
   GatherFields(h);
   for (Mover& mover : movers_) EndMover(mover, h);
+  LeaveLimits(h);
   locked_.DropVelocities();
   MoveKinematic(h);
   world_.layer_.last_substep = h;
@@ -308,6 +311,21 @@ void StepRun::Substep(double h, double elapsed) {
   CollideAndWake(nullptr);
   PayReleased();
   settled_ = ResolveImpacts(h, elapsed + h, true);
+}
+
+// What joints stopped at their limits goes on as it does since then.
+void StepRun::LeaveLimits(double h) {
+  for (const JointStep::Change& change : joints_.LeaveReached(h)) {
+    const uint32_t row = Index(change.row);
+    HalfStep& half = world_.layer_.half_steps[row];
+    state_.linear_velocities.col(row) += change.linear;
+    state_.angular_velocities.col(row) += change.angular;
+    half.velocity += change.linear;
+    const MassProperties& mass = world_.scene_.entities[row]->mass;
+    half.momentum += WorldTensor(state_.pose(change.row).orientation, mass.tensor) * change.angular;
+    // The limit bears from now on what it did not in the middle of the substep.
+    if (change.is_pressed) half.Restart();
+  }
 }
 
 void StepRun::Solve(double h) {

@@ -10,6 +10,13 @@ struct Velocities {
   Vector3 spin = Vector3::Zero();    // rad/s
 };
 
+/// It holds whatever that takes.
+inline bool IsLocked(const JointRow& row) {
+  return !row.is_driven && row.lower == -JointRow::kUnbounded && row.upper == JointRow::kUnbounded;
+}
+/// It pushes one way only.
+inline bool IsLimit(const JointRow& row) { return (row.lower == 0) != (row.upper == 0); }
+
 /// Of the row, m/s or rad/s, while its bodies, where they are, move so.
 inline double RateOf(const JointRow& row, const JointBody& a, const Velocities& of_a, const JointBody& b,
                      const Velocities& of_b) {

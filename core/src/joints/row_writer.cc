@@ -19,6 +19,10 @@ constexpr double kQuietSpin = 0.5;   // rad/s
 // Softness of a hard row, of its own mobility. Where rows say the same thing twice a direct solver divides by what is
 // left; what hangs on such a row gives way by 1e-8 of what it would fall.
 constexpr double kLeastSoftness = 1e-8;
+// What comes to a limit no faster only comes to rest there: and this part of what it is sped up by in the substep.
+constexpr double kLeastReachSpeed = 1e-3;  // m/s
+constexpr double kLeastReachSpin = 1e-3;   // rad/s
+constexpr double kShortestReach = 0.25;
 // m/s or rad/s: a limit that could only be reached faster than this within the step is left out.
 constexpr double kLimitHorizon = 200;
 // Of its own mobility: a row that is softer moves nothing by as much as a rounding error.
@@ -53,6 +57,13 @@ double RowWriter::RateOf(const Coordinate& coordinate, bool before) const {
   return coordinate.axis.dot(relative) / coordinate.scale;
 }
 
+// Along its axis, m/s or rad/s, on the mean of the substep, if joints and contacts go on as in the last one.
+double RowWriter::ExpectedRateOf(const Coordinate& coordinate) const {
+  const JointBody &a = *a_.body, &b = *b_.body;
+  if (coordinate.is_angular()) return coordinate.axis.dot(b.angular_expected - a.angular_expected);
+  return coordinate.axis.dot(b.ExpectedAt(b_.frame.position) - a.ExpectedAt(b_.frame.position));
+}
+
 // By how much more (m/s or rad/s) the coordinate changes in the step than its rate says.
 double RowWriter::Bend(const Coordinate& coordinate) {
   if (positions_ != nullptr) {
@@ -60,11 +71,7 @@ double RowWriter::Bend(const Coordinate& coordinate) {
     return 0;
   }
   if (rows_ == nullptr || next_expected_ >= expected_.positions.size()) return 0;
-  const Vector3 relative =
-      coordinate.is_angular()
-          ? Vector3(b_.body->angular_expected - a_.body->angular_expected)
-          : Vector3(b_.body->ExpectedAt(b_.frame.position) - a_.body->ExpectedAt(b_.frame.position));
-  const double straight = coordinate.axis.dot(relative) / coordinate.scale * step_size_;
+  const double straight = ExpectedRateOf(coordinate) / coordinate.scale * step_size_;
   double bend = expected_.positions[next_expected_++] - coordinate.position - straight;
   if (coordinate.is_angular()) bend -= kTurn * std::round(bend / kTurn);
   return expected_.trust * coordinate.scale * bend / step_size_;
@@ -258,6 +265,25 @@ void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limi
   }
   if (!is_lower) row.target = -row.target;
   (is_lower ? row.lower : row.upper) = 0;
+  if (gap > 0) Reach(coordinate, gap, bend, row);
+}
+
+// Whether it comes to the limit, `gap` away, within the substep, if what acted in the last one still does.
+void RowWriter::Reach(const Coordinate& coordinate, double gap, double bend, JointRow& row) const {
+  const double h = step_size_, side = row.lower == 0 ? -1 : 1;
+  const double mean = side * ExpectedRateOf(coordinate);
+  const double straight = (mean - side * coordinate.scale * RateOf(coordinate, true)) / interval();
+  const double coming = mean - h / 2 * straight, pull = straight + 2 / h * side * bend;
+  const double square = coming * coming + 2 * pull * gap;
+  const double least =
+      (coordinate.is_angular() ? kLeastReachSpin : kLeastReachSpeed) + kShortestReach * h * std::abs(pull);
+  if (!(square > least * least) || !(coming + std::sqrt(square) > 0)) return;
+  const double time = 2 * gap / (coming + std::sqrt(square));
+  if (!(time < h)) return;
+  row.is_reached = true;
+  row.leaving = std::max(-pull, 0.0) * (h - time);
+  // By the end it has gone so far from the limit.
+  row.target -= side * row.leaving * (h - time) / 2 / h;
 }
 
 void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits) {

@@ -92,10 +92,12 @@ class RowWriter {
 
  private:
   double RateOf(const Coordinate& coordinate, bool before) const;
+  double ExpectedRateOf(const Coordinate& coordinate) const;
   double Bend(const Coordinate& coordinate);
   Vector3 BendOfPoint(const Vector3& offset);
   void LockAt(const Coordinate& coordinate, double position, double bend);
   void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend);
+  void Reach(const Coordinate& coordinate, double gap, double bend, JointRow& row) const;
   void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
   void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
                  double force_max);

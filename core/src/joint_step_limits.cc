@@ -1,0 +1,134 @@
+// Limits that are reached in the course of a substep. A solve stops what comes to one where the limit is, by the end of
+// the substep, which is right on the mean, and by a part of the blow only: it has come there before the end, was
+// stopped and perhaps pulled away again.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "free_rotation.h"
+#include "joint_step.h"
+#include "joints/kinds.h"
+#include "joints/row_rate.h"
+
+namespace genphys {
+
+void JointStep::FindReached(RowMarks& reached) {
+  reached_.clear();
+  for (const JointRow& row : rows_) {
+    if (!row.is_reached || row.impulse == 0) continue;
+    for (const EntityRow side : {row.a, row.b}) {
+      if (BodyAt(side).is_movable() && !reached[side]) reached_.push_back(LinkedWith(side, reached));
+    }
+  }
+}
+
+std::vector<JointStep::Change> JointStep::LeaveReached(double h) {
+  std::vector<Change> changes;
+  for (const Linked& group : reached_) LeaveReached(group, h, changes);
+  return changes;
+}
+
+// Where the substep led it; its place is its row.
+JointBody JointStep::EndOf(EntityRow side, size_t place) const {
+  JointBody body;
+  if (side == kWorldRow) return body;
+  const uint32_t row = Index(side);
+  const SceneEntity& entity = *scene_.entities[row];
+  body.row = EntityRow{static_cast<uint32_t>(place)};
+  body.pose = state_.pose(side);
+  body.axes = body.pose.orientation.toRotationMatrix();
+  body.center = body.pose.position;
+  body.linear_velocity = state_.linear_velocities.col(row);
+  body.angular_velocity = state_.angular_velocities.col(row);
+  if (!entity.traits.is_dynamic) return body;
+  body.center += body.axes * entity.mass.center_of_mass;
+  if (!active_[row]) return body;
+  body.inverse_mass = 1 / entity.mass.mass;
+  body.own_inverse = body.inverse_tensor = WorldTensor(body.axes, entity.mass.inverse_tensor);
+  return body;
+}
+
+// What the last solve made of the limit that this row of the same joint is of, or null.
+const JointRow* JointStep::SolvedLimit(const Held& held, const JointRow& now) const {
+  const JointRow* found = nullptr;
+  const auto likeness = [&](const JointRow& row) { return std::abs(row.axis.dot(now.axis)); };
+  const auto [first, last] = std::ranges::equal_range(owners_, static_cast<uint32_t>(&held - held_.data()));
+  for (auto owner = first; owner != last; ++owner) {
+    const JointRow& row = rows_[static_cast<size_t>(owner - owners_.begin())];
+    if (!IsLimit(row) || row.kind != now.kind || row.upper != now.upper) continue;
+    if (found == nullptr || likeness(row) > likeness(*found)) found = &row;
+  }
+  return found;
+}
+
+// The rows of a joint at the end of the substep, between bodies that move so there, and what they ask for of a change.
+// Whether what a limit stopped is pressed against it from now on.
+bool JointStep::WriteReached(const Held& held, const JointBody& body_a, const JointBody& body_b, double h,
+                             std::vector<JointRow>& rows) const {
+  const JointDesc& desc = scene_.joints[held.slot]->desc;
+  const JointSide side_a = JointSide::Now(body_a, *desc.frame_in_a), side_b = JointSide::Now(body_b, *desc.frame_in_b);
+  JointState state = layer_.joints[held.slot];
+  std::vector<JointRow> all;
+  RowWriter writer(side_a, side_b, h, {}, state, &all, {});
+  std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
+  bool is_pressed = false;
+  for (JointRow& row : all) {
+    row.target = 0;
+    if (!IsLocked(row)) {
+      const JointRow* const solved = IsLimit(row) ? SolvedLimit(held, row) : nullptr;
+      if (solved == nullptr || solved->impulse == 0) continue;
+      if (solved->is_reached) {
+        const double rate = RateOf(row, body_a, {body_a.linear_velocity, body_a.angular_velocity}, body_b,
+                                   {body_b.linear_velocity, body_b.angular_velocity});
+        row.target = (row.lower == 0 ? solved->leaving : -solved->leaving) - rate;
+        is_pressed |= solved->leaving == 0;
+      }
+    }
+    rows.push_back(row);
+  }
+  return is_pressed;
+}
+
+void JointStep::LeaveReached(const Linked& group, double h, std::vector<Change>& changes) {
+  std::vector<EntityRow> sides{kWorldRow};
+  std::vector<JointBody> bodies{1};
+  const auto place_of = [&](EntityRow side) {
+    const auto known = std::ranges::find(sides, side);
+    const auto place = static_cast<size_t>(known - sides.begin());
+    if (known == sides.end()) {
+      sides.push_back(side);
+      bodies.push_back(EndOf(side, place));
+    }
+    return place;
+  };
+  for (const EntityRow row : group.rows) place_of(row);
+  std::vector<JointRow> rows;
+  std::vector<Held*> owners;
+  bool is_pressed = false;
+  for (const uint32_t slot : group.slots) {
+    const auto held = std::ranges::lower_bound(held_, slot, {}, &Held::slot);
+    if (held == held_.end() || held->slot != slot) continue;
+    const JointDesc& desc = scene_.joints[slot]->desc;
+    const size_t a = place_of(RowOf(desc.entity_a)), b = place_of(RowOf(desc.entity_b));
+    is_pressed |= WriteReached(*held, bodies[a], bodies[b], h, rows);
+    owners.resize(rows.size(), &*held);
+  }
+  WriteLocks(group, bodies, rows);
+  for (JointBody& body : bodies) {
+    body.linear_velocity.setZero();
+    body.angular_velocity.setZero();
+  }
+  std::vector<uint32_t> mine(rows.size()), body_of(bodies.size());
+  std::iota(mine.begin(), mine.end(), 0);
+  std::iota(body_of.begin(), body_of.end(), 0);
+  RowSolver solver;
+  if (!solver.Solve(0, rows, mine, body_of, bodies) || solver.is_swept()) return;
+  for (size_t i = 0; i < owners.size(); ++i) owners[i]->Bear(1, rows[i]);
+  for (size_t i = 0; i < group.rows.size(); ++i) {
+    const JointBody& body = bodies[i + 1];
+    changes.push_back({group.rows[i], body.linear_velocity, body.angular_velocity, is_pressed});
+  }
+}
+
+}  // namespace genphys
