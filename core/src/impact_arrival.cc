@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "contact_points.h"
 #include "free_rotation.h"
 #include "impacts.h"
 #include "joint_step.h"
@@ -106,8 +107,7 @@ void Impacts::AddContacts() {
     if (!is_member || pair.is_sensor || IsJolted(pair.entity_a) || IsJolted(pair.entity_b)) continue;
     // What is hit now does not hold it.
     if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      const ContactPoint& point = world_.solved.points[i];
+    for (const ContactPoint& point : PointsOf(world_.solved, pair)) {
       const Vector3 impulse = point.normal_impulse * point.normal + point.friction_impulse;
       for (const auto& [side, sign] : {std::pair(pair.entity_a, -1.0), std::pair(pair.entity_b, 1.0)}) {
         const JointBody* const body = world_.joints.Find(side);

@@ -2,18 +2,13 @@
 // body goes back to the time of the blow like one that flies, for it may be thrown along the ground then.
 #include <algorithm>
 
+#include "contact_points.h"
 #include "impacts.h"
 
 namespace genphys {
 namespace {
 
 enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
-
-template <typename Is>
-bool HasPoint(const ContactBuffer& contacts, const ContactPair& pair, Is is) {
-  return !pair.is_sensor &&
-         std::ranges::any_of(std::span(contacts.points).subspan(pair.first_point, pair.point_count), is);
-}
 
 }  // namespace
 
@@ -23,9 +18,8 @@ void Impacts::FindStances(const ContactBuffer& contacts) {
   if (!rewinds_) return;
   if (!knows_stances_) {
     knows_stances_ = true;
-    const auto presses = [](const ContactPoint& point) { return point.normal_impulse > 0; };
     for (const ContactPair& pair : world_.solved.pairs) {
-      if (HasPoint(world_.solved, pair, presses)) NoteStance(pair);
+      if (!pair.is_sensor && HasPressed(world_.solved, pair)) NoteStance(pair);
     }
   }
   const auto wakes = [&](EntityRow row) { return IsMovable(row) && IsWoken(row); };
@@ -37,8 +31,8 @@ void Impacts::FindStances(const ContactBuffer& contacts) {
   const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
   for (const ContactPair& pair : contacts.pairs) {
     if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
-    const bool comes = speed_.IsStillFree(pair);
-    if (!comes && HasPoint(contacts, pair, touches)) NoteStance(pair);
+    if (pair.is_sensor || speed_.IsStillFree(pair)) continue;
+    if (std::ranges::any_of(PointsOf(contacts, pair), touches)) NoteStance(pair);
   }
 }
 

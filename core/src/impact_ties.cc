@@ -14,9 +14,7 @@ constexpr size_t kTiedMost = 1024;
 
 }  // namespace
 
-bool Impacts::IsLinked(EntityRow row) const {
-  return world_.active[Index(row)] && world_.jointed[row] && world_.scene.entities[Index(row)]->traits.is_dynamic;
-}
+bool Impacts::IsLinked(EntityRow row) const { return world_.jointed[row] && IsMovable(row); }
 
 const Impacts::Group* Impacts::GroupOf(EntityRow row) const {
   const int group = std::as_const(world_.group_of)[row];

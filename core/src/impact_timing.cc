@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 
+#include "contact_points.h"
 #include "impacts.h"
 
 namespace genphys {
@@ -25,8 +26,8 @@ double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
 bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (!rewinds_ || pair.is_sensor || !(speed_.IsFree(pair) || IsNewAmongHeld(pair))) return false;
-  const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
-  return std::ranges::any_of(points, [&](const ContactPoint& point) { return point.depth > kFlatGap; });
+  return std::ranges::any_of(PointsOf(contacts, pair),
+                             [](const ContactPoint& point) { return point.depth > kFlatGap; });
 }
 
 // What turns fast may have met something, and part again by the end of the substep.
@@ -35,9 +36,9 @@ void Impacts::FindMissed(const ContactBuffer& contacts) {
     if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
     const double since = FreeSince(pair);
     double depth = 0, speed = 0;
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      depth = std::max(depth, contacts.points[i].depth);
-      speed = std::max(speed, contacts.points[i].relative_velocity.norm());
+    for (const ContactPoint& point : PointsOf(contacts, pair)) {
+      depth = std::max(depth, point.depth);
+      speed = std::max(speed, point.relative_velocity.norm());
     }
     if (since == 0 || !WereApart(pair, since, speed)) continue;
     candidates_.push_back({.pair = pair,
@@ -66,12 +67,8 @@ bool Impacts::WerePressed(const EntityPair& entities) const {
   const auto ids = [&](const ContactPair& pair) {
     return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   };
-  const ContactBuffer& solved = world_.solved;
-  for (const ContactPair& pair : std::ranges::equal_range(solved.pairs, entities, std::less<>(), ids)) {
-    const auto points = std::span(solved.points).subspan(pair.first_point, pair.point_count);
-    if (std::ranges::any_of(points, [](const ContactPoint& point) { return point.normal_impulse > 0; })) return true;
-  }
-  return false;
+  const auto pairs = std::ranges::equal_range(world_.solved.pairs, entities, std::less<>(), ids);
+  return std::ranges::any_of(pairs, [&](const ContactPair& pair) { return HasPressed(world_.solved, pair); });
 }
 
 // How long before the end both were last hit, or the substep began: before that they did not go as they do now.

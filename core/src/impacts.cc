@@ -1,5 +1,6 @@
 #include "impacts.h"
 
+#include "contact_points.h"
 #include "locked_axes.h"
 
 #include <algorithm>
@@ -72,8 +73,8 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   FindGroups();
   KeepEarliest();
   for (Candidate& candidate : candidates_) {
-    const bool is_touching = candidate.time > 0 && !candidate.is_deep;
-    if (is_touching && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
+    const bool has_time = candidate.time > 0 && !candidate.is_deep;
+    if (has_time && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
   }
   CollectStruck(contacts);
   blows_.clear();
@@ -151,7 +152,7 @@ std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, Ge
 std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (pair.is_sensor) return std::nullopt;
   // What rests closes with nothing, and that is most of a pile.
-  const auto points = std::span(contacts.points).subspan(pair.first_point, pair.point_count);
+  const std::span<const ContactPoint> points = PointsOf(contacts, pair);
   const auto closes = [](const ContactPoint& point) {
     return point.depth >= kDepthMin && -point.relative_velocity.dot(point.normal) > kImpactSpeedMin;
   };
@@ -276,8 +277,7 @@ void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate
     }
     if (manifold.count > 0) return;
   }
-  for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-    const ContactPoint& point = contacts.points[i];
+  for (const ContactPoint& point : PointsOf(contacts, pair)) {
     if (point.depth >= kDepthMin) AddBlow(candidate, point.position, point.normal);
   }
 }

@@ -2,21 +2,14 @@
 
 #include <algorithm>
 
+#include "contact_points.h"
+
 namespace genphys {
 namespace {
 
 bool DeepEnough(const ContactBuffer& contacts, const ContactPair& pair) {
-  for (uint32_t i = 0; i < pair.point_count; ++i) {
-    if (contacts.points[pair.first_point + i].depth >= kTouchingDepth) return true;
-  }
-  return false;
-}
-
-bool PassedImpulse(const ContactBuffer& contacts, const ContactPair& pair) {
-  for (uint32_t i = 0; i < pair.point_count; ++i) {
-    if (contacts.points[pair.first_point + i].normal_impulse > 0) return true;
-  }
-  return false;
+  return std::ranges::any_of(PointsOf(contacts, pair),
+                             [](const ContactPoint& point) { return point.depth >= kTouchingDepth; });
 }
 
 double NormalImpulse(const std::vector<EventContactPoint>& points) {
@@ -35,8 +28,7 @@ TouchingPair StepTouches::PairOf(const ContactPair& pair) const {
 
 void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair,
                           std::vector<EventContactPoint>& points) const {
-  for (uint32_t i = 0; i < pair.point_count; ++i) {
-    const ContactPoint& p = contacts.points[pair.first_point + i];
+  for (const ContactPoint& p : genphys::PointsOf(contacts, pair)) {
     if (p.depth < kTouchingDepth && !(p.normal_impulse > 0)) continue;
     points.push_back({p.position, p.normal, p.depth, p.normal_impulse, p.friction_impulse, p.relative_velocity,
                       pair.material.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
@@ -90,7 +82,7 @@ void StepTouches::AddSolved(const ContactBuffer& contacts) {
   found_.clear();
   for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[i];
-    if (!pair.is_sensor && PassedImpulse(contacts, pair)) found_.push_back({PairOf(pair), i});
+    if (!pair.is_sensor && HasPressed(contacts, pair)) found_.push_back({PairOf(pair), i});
   }
   Merge(contacts, true);
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cat.h"
+#include "contact_points.h"
 #include "genphys/limits.h"
 #include "genphys/narrow_phase.h"
 #include "genphys/proximity.h"
@@ -255,8 +256,7 @@ Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
 
 std::vector<EventContactPoint> World::SolvedPointsOf(const ContactPair& pair) const {
   std::vector<EventContactPoint> points;
-  for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-    const ContactPoint& point = solved_.points[i];
+  for (const ContactPoint& point : PointsOf(solved_, pair)) {
     points.push_back({.position = point.position,
                       .normal = point.normal,
                       .depth = point.depth,

@@ -1,0 +1,20 @@
+#pragma once
+#include <algorithm>
+#include <span>
+
+#include "genphys/contact.h"
+
+namespace genphys {
+
+/// Those of a pair in `contacts`.
+inline std::span<const ContactPoint> PointsOf(const ContactBuffer& contacts, const ContactPair& pair) {
+  return std::span(contacts.points).subspan(pair.first_point, pair.point_count);
+}
+
+/// Whether the solve that left the pair in `contacts` pressed its two against each other.
+inline bool HasPressed(const ContactBuffer& contacts, const ContactPair& pair) {
+  return std::ranges::any_of(PointsOf(contacts, pair),
+                             [](const ContactPoint& point) { return point.normal_impulse > 0; });
+}
+
+}  // namespace genphys
