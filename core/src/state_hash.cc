@@ -337,10 +337,8 @@ void Serialize(const ContactBuffer& solved, std::string& bytes) {
   ByteWriter out(bytes);
   out.Put(uint64_t{solved.pairs.size()});
   for (const ContactPair& pair : solved.pairs) {
-    for (uint32_t number : {Index(pair.entity_a), Index(pair.entity_b), Index(pair.geometry_a), Index(pair.geometry_b),
-                            pair.point_count}) {
-      out.Put(number);
-    }
+    // Which geometries, their order tells; their rows tell also in which order they came to the world.
+    for (uint32_t number : {Index(pair.entity_a), Index(pair.entity_b), pair.point_count}) out.Put(number);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       out.Put(solved.points[i].position);
       out.Put(solved.points[i].normal_impulse);

@@ -197,6 +197,35 @@ TEST(Reset, BringsBackWhatWasThereBeforeTheFirstStep) {
   EXPECT_EQ(world->StateHash(), before);
 }
 
+class ResetOn : public ::testing::TestWithParam<std::string> {};
+
+INSTANTIATE_TEST_SUITE_P(Engines, ResetOn, ::testing::ValuesIn(EnginesWithContacts()));
+
+// Rows that became free before the first step are given out otherwise after a reset.
+TEST_P(ResetOn, LeadsToTheSameHashesInWhateverRowsGeometriesAre) {
+  const auto world = MakeWorld(GetParam());
+  const EntityId other = Add(*world, Crate({50, 0, 1}));
+  const EntityId first = Add(*world, Crate({0, 0, 1})), second = Add(*world, Crate({0.2, 0, 2.2}));
+  Do(*world, DeleteEntity{other});
+  constexpr EntityFields kGeometries{static_cast<uint32_t>(EntityField::kGeometries)};
+  Do(*world, UpdateEntity{.id = first, .entity = Crate({0, 0, 1}), .fields = kGeometries});
+  Do(*world, DeleteEntity{Add(*world, Crate({60, 0, 1}))});
+  Do(*world, UpdateEntity{.id = second, .entity = Crate({0.2, 0, 2.2}), .fields = kGeometries});
+  const auto run = [&] {
+    std::vector<uint64_t> hashes;
+    for (int i = 0; i < 60; ++i) {
+      Steps(*world, 1);
+      hashes.push_back(world->StateHash());
+    }
+    return hashes;
+  };
+
+  const std::vector<uint64_t> before = run();
+  world->Reset();
+
+  EXPECT_EQ(run(), before);
+}
+
 TEST(Worlds, AreRefusedWithTheFieldThatIsWrong) {
   const auto refusal = [](const WorldDesc& desc) {
     const Result<std::unique_ptr<World>> world = World::Create(Engines(), desc);

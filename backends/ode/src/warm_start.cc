@@ -154,8 +154,7 @@ void WarmStart::Save(std::string& bytes) const {
   Append(step_size_, bytes);
   Append(uint64_t{now_.pairs.size()}, bytes);
   for (const Pair& pair : now_.pairs) {
-    Append(pair.key.a, bytes);
-    Append(pair.key.b, bytes);
+    // Which pair it is, its place among those that were solved tells; rows tell also in which order they were added.
     Append(pair.count, bytes);
     Append(pair.strain, bytes);
     Append(pair.braked, bytes);
