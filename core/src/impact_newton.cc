@@ -1,61 +1,69 @@
 #include "impact_newton.h"
 
-#include <Eigen/QR>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
-#include <vector>
 
 namespace genphys {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+constexpr int kSizeMax = 3 * static_cast<int>(kBlowsAtOnce);
+using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kSizeMax, 1>;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kSizeMax, kSizeMax>;
+using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kSizeMax>;
+using Rows2 = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kSizeMax>;
 using Vector2 = Eigen::Vector2d;
 using Matrix2 = Eigen::Matrix2d;
 
 constexpr int kIterationsMax = 40;
-constexpr int kPatience = 8;
+// Iterations in a row that may come no nearer.
+constexpr int kPatience = 8, kHaste = 2;
 // Parts of friction by which it is brought in.
 constexpr std::array<double, 4> kFrictions{0, 0.3, 0.7, 1};
 // m/s.
 constexpr double kSettled = 1e-12;
+// Of how a blow gives way: so much more it does in a step of the method. Points of a face bear a load in many ways, of
+// all of which this takes the smallest change.
+constexpr double kGive = 1e-8;
 
 // Rates and impulses of all blows in a column, three each: along the normal and across it, twice.
 class System {
  public:
-  System(std::span<const Blow> blows, std::span<const StruckBody> bodies)
-      : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()), scales_(blows.size()) {
-    for (const Blow& blow : blows) {
-      Matrix3& axes = axes_.emplace_back();
-      axes.col(0) = blow.normal;
-      axes.col(1) = blow.normal.unitOrthogonal();
-      axes.col(2) = blow.normal.cross(axes.col(1));
+  System(std::span<const Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates)
+      : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()), scales_(Count()) {
+    for (size_t i = 0; i < blows.size(); ++i) {
+      axes_[i].col(0) = blows[i].normal;
+      axes_[i].col(1) = blows[i].normal.unitOrthogonal();
+      axes_[i].col(2) = blows[i].normal.cross(axes_[i].col(1));
     }
     for (Eigen::Index i = 0; i < Count(); ++i) {
-      for (Eigen::Index j = 0; j < Count(); ++j) answers_.block<3, 3>(3 * i, 3 * j) = Answer(bodies, At(i), At(j));
-    }
-    for (Eigen::Index i = 0; i < Count(); ++i) {
+      for (Eigen::Index j = i; j < Count(); ++j) {
+        const Matrix3 answer = Answer(bodies, At(i), At(j));
+        answers_.block<3, 3>(3 * i, 3 * j) = answer;
+        answers_.block<3, 3>(3 * j, 3 * i) = answer.transpose();
+      }
       const Blow& blow = blows[At(i)];
       impulses_.segment<3>(3 * i) = axes_[At(i)].transpose() * (blow.impulse * blow.normal + blow.rubbing);
-      free_.segment<3>(3 * i) = axes_[At(i)].transpose() * RelativeVelocity(blow, bodies);
-      free_[3 * i] -= blow.separation_speed;
+      free_.segment<3>(3 * i) = rates[At(i)];
       scales_[i] = std::max(answers_.diagonal().segment<3>(3 * i).maxCoeff(), std::numeric_limits<double>::min());
     }
-    free_ -= answers_ * impulses_;
+    free_.noalias() -= answers_ * impulses_;
   }
 
-  const VectorXd& impulses() const { return impulses_; }
-  Vector3 ImpulseOn(const VectorXd& impulses, size_t blow) const {
+  const Column& impulses() const { return impulses_; }
+  Vector3 ImpulseOn(const Column& impulses, size_t blow) const {
     return axes_[blow] * impulses.segment<3>(3 * static_cast<Eigen::Index>(blow));
   }
 
-  // What `impulses` lack to be as the laws want them, m/s, with that part of friction, and how that changes with them.
-  VectorXd Lacking(const VectorXd& impulses, double friction, MatrixXd* slope) const {
-    const VectorXd rates = free_ + answers_ * impulses;
-    VectorXd lacking(Size());
-    if (slope != nullptr) *slope = MatrixXd::Zero(Size(), Size());
+  // What `impulses` lack to be as the laws want them, m/s, with that part of friction, and how that changes with them
+  // where every blow gives way a little.
+  Column Lacking(const Column& impulses, double friction, Square* slope) const {
+    Column rates = free_;
+    rates.noalias() += answers_ * impulses;
+    Column lacking(Size());
+    if (slope != nullptr) *slope = Square::Zero(Size(), Size());
     for (Eigen::Index i = 0; i < Count(); ++i)
       LackingOf(i, friction * blows_[At(i)].friction, impulses, rates, lacking, slope);
     return lacking;
@@ -90,8 +98,8 @@ class System {
   }
 
   // Each law says that an impulse is the nearest one that may be to itself less a multiple of its rate.
-  void LackingOf(Eigen::Index blow, double friction, const VectorXd& impulses, const VectorXd& rates, VectorXd& lacking,
-                 MatrixXd* slope) const {
+  void LackingOf(Eigen::Index blow, double friction, const Column& impulses, const Column& rates, Column& lacking,
+                 Square* slope) const {
     const Eigen::Index n = 3 * blow;
     const double scale = scales_[blow];
     const double pressed = scale * impulses[n] - rates[n];
@@ -106,39 +114,43 @@ class System {
     if (slope == nullptr) return;
     if (presses) {
       slope->row(n) = answers_.row(n);
+      (*slope)(n, n) += kGive * scale;
     } else {
       (*slope)(n, n) = scale;
     }
     if (!slips) {
       slope->middleRows<2>(n + 1) = answers_.middleRows<2>(n + 1);
+      slope->diagonal().segment<2>(n + 1).array() += kGive * scale;
       return;
     }
     slope->block<2, 2>(n + 1, n + 1) = scale * Matrix2::Identity();
     if (!presses || !(friction > 0)) return;
-    MatrixXd press = -answers_.row(n), rub = -answers_.middleRows<2>(n + 1);
-    press(0, n) += scale;
+    Row press = -answers_.row(n);
+    Rows2 rub = -answers_.middleRows<2>(n + 1);
+    press[n] += scale;
     rub.block<2, 2>(0, n + 1) += scale * Matrix2::Identity();
-    const Matrix2 turned = (Matrix2::Identity() - way * way.transpose()) / size;
-    slope->middleRows<2>(n + 1) -= friction * way * press + bound * turned * rub;
+    const Matrix2 turned = bound / size * (Matrix2::Identity() - way * way.transpose());
+    slope->middleRows<2>(n + 1).noalias() -= friction * way * press;
+    slope->middleRows<2>(n + 1).noalias() -= turned.lazyProduct(rub);
   }
 
   std::span<const Blow> blows_;
-  std::vector<Matrix3> axes_;
-  MatrixXd answers_;   // 1/kg
-  VectorXd impulses_;  // N*s
-  VectorXd free_;      // m/s, without impulses and beyond what is asked for
-  VectorXd scales_;    // 1/kg, by blow
+  std::array<Matrix3, kBlowsAtOnce> axes_;
+  Square answers_;   // 1/kg
+  Column impulses_;  // N*s
+  Column free_;      // m/s, without impulses and beyond what is asked for
+  Column scales_;    // 1/kg, by blow
 };
 
-// From `impulses` as near to the laws as it comes, with a part of friction; returns what is left, m/s.
-double Approach(const System& system, double friction, VectorXd& impulses) {
-  VectorXd present = impulses;
-  MatrixXd slope;
-  VectorXd lacking = system.Lacking(present, friction, &slope);
+// From `impulses` as near to the laws as it comes before so many iterations do not help, with a part of friction;
+// returns what is left, m/s.
+double Approach(const System& system, double friction, int patience, Column& impulses) {
+  Column present = impulses;
+  Square slope;
+  Column lacking = system.Lacking(present, friction, &slope);
   double left = lacking.norm();
-  for (int i = 0, since = 0; i < kIterationsMax && since < kPatience && left > kSettled; ++i, ++since) {
-    // Points of a face bear a load in many ways: of all changes that do it the smallest.
-    present -= slope.completeOrthogonalDecomposition().solve(lacking);
+  for (int i = 0, since = 0; i < kIterationsMax && since < patience && left > kSettled; ++i, ++since) {
+    present -= slope.partialPivLu().solve(lacking);
     lacking = system.Lacking(present, friction, &slope);
     if (!(lacking.norm() < left)) continue;
     since = 0;
@@ -150,16 +162,17 @@ double Approach(const System& system, double friction, VectorXd& impulses) {
 
 }  // namespace
 
-bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies) {
-  const System system(blows, bodies);
+bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
+                 bool thoroughly) {
+  const System system(blows, bodies, rates);
   const double before = system.Lacking(system.impulses(), 1, nullptr).norm();
-  VectorXd impulses = system.impulses();
-  double left = Approach(system, 1, impulses);
-  if (left > kSettled) {
+  Column impulses = system.impulses();
+  double left = Approach(system, 1, thoroughly ? kPatience : kHaste, impulses);
+  if (left > kSettled && thoroughly) {
     // Who slips where depends on how hard all press, which without friction is a matter of one solution.
-    VectorXd others = VectorXd::Zero(impulses.size());
+    Column others = Column::Zero(impulses.size());
     double other_left = 0;
-    for (const double friction : kFrictions) other_left = Approach(system, friction, others);
+    for (const double friction : kFrictions) other_left = Approach(system, friction, kPatience, others);
     if (other_left < left) {
       left = other_left;
       impulses = others;

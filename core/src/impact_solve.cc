@@ -1,6 +1,8 @@
 #include "impact_solve.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -25,6 +27,10 @@ constexpr double kLittle = 1e-4;
 // So few blows that hit each other are each brought all the way in their turns: of two that take friction from each
 // other, 15 sweeps do what else takes 60. Of more, those turns cost more than the sweeps that they save.
 constexpr size_t kFewBlows = 3;
+// Of some more, all are solved at once after so many sweeps, which show who presses, slips and leaves, if as many more
+// seem to be needed.
+constexpr uint32_t kFirstSweeps = 4;
+constexpr double kManySweeps = 20;
 // Of masses.
 constexpr double kUneven = 8;
 // Kinetic energy may grow by rounding only.
@@ -73,12 +79,18 @@ class Progress {
   // A sweep changed no more than that, m/s.
   void Note(double largest) {
     first_ = std::max(first_, largest);
+    before_last_ = last_;
     last_ = largest;
     ++since_;
     if (largest <= least_ / 2) {
       least_ = largest;
       since_ = 0;
     }
+  }
+  // Until all is settled, if each of them lessens what they change by as much as the last one.
+  double SweepsLeft() const {
+    if (!(last_ < before_last_)) return std::numeric_limits<double>::infinity();
+    return std::log(kSettled / last_) / std::log(last_ / before_last_);
   }
   bool IsLittleLeft() const { return last_ <= kLittle * first_; }
   // Little is left, and the last sweeps hardly changed less and less.
@@ -87,6 +99,7 @@ class Progress {
  private:
   double first_ = 0;
   double last_ = 0;
+  double before_last_ = 0;
   double least_ = std::numeric_limits<double>::infinity();
   int since_ = 0;  // sweeps since it was halved
 };
@@ -119,6 +132,7 @@ class Group {
     const bool are_few = blows_.size() <= kFewBlows;
     const size_t turns_max = std::max(kTurnsMax, kWholeSweeps * blows_.size());
     size_t turns = 0;
+    bool may_be_solved = !are_few && MayBeSolvedAtOnce();
     // Counted from one, so that each has a turn in the first.
     for (uint32_t sweep = 1; sweep <= kSweepsMax && turns < turns_max; ++sweep) {
       double largest = 0;
@@ -133,8 +147,12 @@ class Group {
       }
       progress.Note(largest);
       if (largest <= kSettled || progress.IsStuck()) return;
+      if (sweep >= kFirstSweeps && may_be_solved && progress.SweepsLeft() > kManySweeps) {
+        SettleAtOnce(false, sweep);
+        may_be_solved = false;
+      }
     }
-    if (!progress.IsLittleLeft() && IsUneven()) SettleAtOnce();
+    if (!progress.IsLittleLeft() && MayBeSolvedAtOnce() && IsUneven()) SettleAtOnce(true, kSweepsMax);
   }
 
   void Restitute() {
@@ -146,9 +164,12 @@ class Group {
   }
 
  private:
-  // Whether it is small enough to be looked at as a whole, and of such masses that it may take sweeps too many.
+  bool MayBeSolvedAtOnce() const {
+    return blows_.size() <= kBlowsAtOnce && std::ranges::none_of(blows_, &Settling::is_tied);
+  }
+
+  // Whether its masses are such that it may take sweeps too many.
   bool IsUneven() const {
-    if (blows_.size() > kBlowsAtOnce || !ties_.empty()) return false;
     double lightest = 0, heaviest = std::numeric_limits<double>::infinity();
     for (const Settling& settling : blows_) {
       for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) {
@@ -161,20 +182,21 @@ class Group {
     return lightest > kUneven * heaviest;
   }
 
-  // What sweeps did not bring to its end.
-  void SettleAtOnce() {
-    std::vector<Blow> blows;
-    std::vector<StruckBody> bodies(bodies_.begin(), bodies_.end());
-    for (Settling& settling : blows_) {
-      settling.Finish();
-      blows.push_back(settling.blow());
-      for (const uint32_t body : {settling.blow().body_a, settling.blow().body_b}) {
-        bodies[body].linear_velocity = speeds_[body].linear.head<3>();
-        bodies[body].angular_velocity = speeds_[body].angular.head<3>();
-      }
+  // What sweeps, of which this was the last one, did not bring to its end.
+  void SettleAtOnce(bool thoroughly, uint32_t sweep) {
+    std::array<Blow, kBlowsAtOnce> blows;
+    std::array<OfBlow, kBlowsAtOnce> rates;
+    const size_t count = blows_.size();
+    for (size_t i = 0; i < count; ++i) {
+      blows_[i].Finish();
+      blows[i] = blows_[i].blow();
+      rates[i] = blows_[i].Rates(speeds_);
     }
-    if (!SolveAtOnce(blows, bodies)) return;
-    for (size_t i = 0; i < blows_.size(); ++i) blows_[i].Take(blows[i], speeds_);
+    if (!SolveAtOnce(std::span(blows).first(count), bodies_, std::span(rates).first(count), thoroughly)) return;
+    for (size_t i = 0; i < count; ++i) {
+      blows_[i].Take(blows[i], speeds_);
+      NoteChange(blows[i], sweep);
+    }
   }
 
   // Whom it hits, and all that are tied to these.

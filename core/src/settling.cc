@@ -124,7 +124,6 @@ double Settling::Settle(std::span<Speeds> speeds, std::span<const Passed> passed
   return (answers_ * impulse).cwiseAbs().maxCoeff();
 }
 
-// Beyond what they are to be.
 Vector3 Settling::Rates(std::span<const Speeds> speeds) const {
   const Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
   return {along_[0].Rate(a, b) - blow_->separation_speed, along_[1].Rate(a, b), along_[2].Rate(a, b)};

@@ -86,6 +86,8 @@ class Settling {
       : Settling(blow, blow.normal.unitOrthogonal(), bodies, ties, passed) {}
 
   const Blow& blow() const { return *blow_; }
+  /// One of its bodies is, to others.
+  bool is_tied() const { return is_tied_; }
 
   void Restart(double separation_speed) {
     blow_->separation_speed = separation_speed;
@@ -93,6 +95,8 @@ class Settling {
   }
   /// Tells the blow what it came to.
   void Finish();
+  /// How b goes against a, m/s, beyond what it is to do.
+  Vector3 Rates(std::span<const Speeds> speeds) const;
   /// Comes to the impulses of `solved`, which is this blow; nobody is tied.
   void Take(const Blow& solved, std::span<Speeds> speeds);
 
@@ -106,7 +110,6 @@ class Settling {
   Settling(Blow& blow, const Vector3& first, std::span<const StruckBody> bodies, Ties& ties,
            std::vector<Passed>& passed);
 
-  Vector3 Rates(std::span<const Speeds> speeds) const;
   Vector3 Settled(const Vector3& rates) const;
   Vector3 Slipped(const Vector3& free, double slip) const;
   double Separate(std::span<Speeds> speeds, std::span<const Passed> passed);
