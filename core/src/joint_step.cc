@@ -14,6 +14,18 @@ double Fade(double value, double full, double none) { return std::clamp((none - 
 
 }  // namespace
 
+JointBody BodyNow(const Scene& scene, const StateArrays& state, EntityRow row) {
+  JointBody body;
+  if (row == kWorldRow) return body;
+  body.row = row;
+  body.pose = state.pose(row);
+  body.axes = body.pose.orientation.toRotationMatrix();
+  body.center = body.pose.position + body.axes * scene.entities[Index(row)]->mass.center_of_mass;
+  body.linear_velocity = state.linear_velocities.col(Index(row));
+  body.angular_velocity = state.angular_velocities.col(Index(row));
+  return body;
+}
+
 uint32_t JointStep::BodyOf(const EntityRef& entity) {
   const EntityRow row = RowOf(entity);
   if (row == kWorldRow) return 0;

@@ -23,6 +23,9 @@ namespace genphys {
 /// rad in a substep: a body that joints turn farther has no momentum that says how it turns.
 inline constexpr double kResolvedTurn = 0.7;
 
+/// What joints hold where it is and as it moves, without inverses; or the world.
+JointBody BodyNow(const Scene& scene, const StateArrays& state, EntityRow row);
+
 /// The joints of a world over one step: what they add to the bodies they hold, rows for each solve, and what these come
 /// to. Arguments outlive this object. It is kept from step to step for its memory only.
 class JointStep {
@@ -180,6 +183,8 @@ class JointStep {
   void FindJolts(std::span<const JointRow> rows);
   void LeaveReached(const Linked& group, double h, std::vector<Change>& changes);
   JointBody EndOf(EntityRow side, size_t place) const;
+  // Those of a joint between bodies as they are, with nothing foretold, for a solve over `h` seconds.
+  std::vector<JointRow> RowsBetween(uint32_t slot, const JointBody& a, const JointBody& b, double h) const;
   const JointRow* SolvedLimit(const Held& held, const JointRow& now) const;
   bool WriteReached(const Held& held, const JointBody& body_a, const JointBody& body_b, double h,
                     std::vector<JointRow>& rows) const;

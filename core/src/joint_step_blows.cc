@@ -1,5 +1,6 @@
 // What joints do in a blow, which is over before a step goes on.
 #include <algorithm>
+#include <iterator>
 
 #include "joint_step.h"
 #include "joints/kinds.h"
@@ -33,16 +34,19 @@ JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
   return linked;
 }
 
-void JointStep::WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const {
+std::vector<JointRow> JointStep::RowsBetween(uint32_t slot, const JointBody& a, const JointBody& b, double h) const {
   const JointDesc& desc = scene_.joints[slot]->desc;
   const JointSide side_a = JointSide::Now(a, *desc.frame_in_a), side_b = JointSide::Now(b, *desc.frame_in_b);
   JointState state = layer_.joints[slot];
-  std::vector<JointRow> all;
-  // How fast errors are made up for does not matter here.
-  RowWriter writer(side_a, side_b, layer_.last_substep, {}, state, &all, {});
+  std::vector<JointRow> rows;
+  RowWriter writer(side_a, side_b, h, {}, state, &rows, {});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
-  std::erase_if(all, [](const JointRow& row) { return !IsLocked(row); });
-  rows.insert(rows.end(), all.begin(), all.end());
+  return rows;
+}
+
+void JointStep::WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const {
+  // How fast errors are made up for does not matter here.
+  std::ranges::copy_if(RowsBetween(slot, a, b, layer_.last_substep), std::back_inserter(rows), IsLocked);
 }
 
 void JointStep::WriteLocks(const Linked& linked, std::span<const JointBody> bodies, std::vector<JointRow>& rows) const {

@@ -31,19 +31,11 @@ std::vector<JointStep::Change> JointStep::LeaveReached(double h) {
 
 // Where the substep led it; its place is its row.
 JointBody JointStep::EndOf(EntityRow side, size_t place) const {
-  JointBody body;
+  JointBody body = BodyNow(scene_, state_, side);
   if (side == kWorldRow) return body;
-  const uint32_t row = Index(side);
-  const SceneEntity& entity = *scene_.entities[row];
+  const SceneEntity& entity = *scene_.entities[Index(side)];
   body.row = EntityRow{static_cast<uint32_t>(place)};
-  body.pose = state_.pose(side);
-  body.axes = body.pose.orientation.toRotationMatrix();
-  body.center = body.pose.position;
-  body.linear_velocity = state_.linear_velocities.col(row);
-  body.angular_velocity = state_.angular_velocities.col(row);
-  if (!entity.traits.is_dynamic) return body;
-  body.center += body.axes * entity.mass.center_of_mass;
-  if (!active_[row]) return body;
+  if (!entity.traits.is_dynamic || !active_[Index(side)]) return body;
   body.inverse_mass = 1 / entity.mass.mass;
   body.own_inverse = body.inverse_tensor = WorldTensor(body.axes, entity.mass.inverse_tensor);
   return body;
@@ -66,14 +58,8 @@ const JointRow* JointStep::SolvedLimit(const Held& held, const JointRow& now) co
 // Whether what a limit stopped is pressed against it from now on.
 bool JointStep::WriteReached(const Held& held, const JointBody& body_a, const JointBody& body_b, double h,
                              std::vector<JointRow>& rows) const {
-  const JointDesc& desc = scene_.joints[held.slot]->desc;
-  const JointSide side_a = JointSide::Now(body_a, *desc.frame_in_a), side_b = JointSide::Now(body_b, *desc.frame_in_b);
-  JointState state = layer_.joints[held.slot];
-  std::vector<JointRow> all;
-  RowWriter writer(side_a, side_b, h, {}, state, &all, {});
-  std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
   bool is_pressed = false;
-  for (JointRow& row : all) {
+  for (JointRow& row : RowsBetween(held.slot, body_a, body_b, h)) {
     row.target = 0;
     if (!IsLocked(row)) {
       const JointRow* const solved = IsLimit(row) ? SolvedLimit(held, row) : nullptr;

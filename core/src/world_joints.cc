@@ -165,19 +165,7 @@ void World::WakeJoined(const JointDesc& joint) {
 JointState World::joint_state(JointId id) const {
   const JointDesc& desc = scene_.joints[id.index()]->desc;
   JointState state = layer_.joints[id.index()];
-  const auto body_of = [&](const EntityRef& entity) {
-    JointBody body;
-    if (entity.is_world()) return body;
-    const uint32_t row = entity.id.index();
-    body.row = EntityRow{row};
-    body.pose = state_.pose(body.row);
-    body.axes = body.pose.orientation.toRotationMatrix();
-    body.center = body.pose.Transform(scene_.entities[row]->mass.center_of_mass);
-    body.linear_velocity = state_.linear_velocities.col(row);
-    body.angular_velocity = state_.angular_velocities.col(row);
-    return body;
-  };
-  const JointBody a = body_of(desc.entity_a), b = body_of(desc.entity_b);
+  const JointBody a = BodyNow(scene_, state_, RowOf(desc.entity_a)), b = BodyNow(scene_, state_, RowOf(desc.entity_b));
   const JointSide side_a = JointSide::Now(a, *desc.frame_in_a), side_b = JointSide::Now(b, *desc.frame_in_b);
   RowWriter writer(side_a, side_b, 0, {}, state, nullptr, {});
   std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
