@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "contact_points.h"
 #include "impacts.h"
@@ -137,8 +138,9 @@ double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time
   return (a.VelocityAt(point.position) - b.VelocityAt(point.position)).dot(point.normal);
 }
 
-// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that overlap
-// all the time collide when they begin to close.
+// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that graze
+// each other close ever more slowly, so that by the speed at the end it would go to and fro: where two looks see them
+// on both sides, those tell how fast they close. Two that overlap all the time collide when they begin to close.
 void Impacts::Refine(Candidate& candidate) const {
   const double way = candidate.closing * step_size_;
   const double tolerance = DepthOfImpact(way);
@@ -147,6 +149,11 @@ void Impacts::Refine(Candidate& candidate) const {
              goes_b = GoesBack(candidate.pair.entity_b, candidate);
   const double since = FreeSince(candidate.pair);
   double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
+  struct Look {
+    double time;
+    double lacking;  // m, too deep
+  };
+  std::optional<Look> last;
   Manifold manifold;
   for (int look = 0; look < kLooksMax; ++look) {
     const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
@@ -166,7 +173,11 @@ void Impacts::Refine(Candidate& candidate) const {
     const bool is_after = depth > tolerance && (is_known || closes());
     (is_after ? touching : apart) = time;
     // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
-    double next = time + (depth - tolerance / 2) / candidate.closing;
+    const double lacking = depth - tolerance / 2;
+    const bool is_between = last && lacking * last->lacking < 0;
+    const double rate = is_between ? (last->lacking - lacking) / (time - last->time) : candidate.closing;
+    last = deepest != nullptr ? std::optional<Look>({time, lacking}) : std::nullopt;
+    double next = time + lacking / rate;
     if (!(next > touching && next >= 0 && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
     if (next == time) break;
     time = next;
