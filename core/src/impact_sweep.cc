@@ -15,6 +15,8 @@ namespace {
 
 // Of its smallest half extent: who went less far in a step cannot have passed through anything unseen.
 constexpr double kUnseenWay = 0.8;
+// The same of who touches something and turns about where it does.
+constexpr double kUnseenTurn = 1.5;
 // About its local z.
 bool IsRound(const Shape& shape) {
   return std::holds_alternative<Capsule>(shape) || std::holds_alternative<Cylinder>(shape) ||
@@ -339,8 +341,11 @@ class Sweeper {
     };
     const std::optional<Hit> hit = meets(0);
     if (hit && hit->closing > speed_.Of(sweep.way->row, target, hit->normal)) return hit;
-    // What is in touch and turns on may roll into the other one.
-    if ((own.angular_velocity() - spin).norm() * encounter.time < kRollingTurn) return std::nullopt;
+    // What is in touch and turns on may roll into the other one, or the far end of something slender falls on it.
+    const double turn = (own.angular_velocity() - spin).norm() * encounter.time;
+    if (turn < kRollingTurn && turn * sweep.reach <= kUnseenTurn * SmallestHalfExtent(sweep.geometry->shape)) {
+      return std::nullopt;
+    }
     const double depth = std::max(DepthBefore(mine, theirs, encounter.time), 0.0);
     return meets(std::max(kRolledIn * unseen, depth + kRolledOn * unseen));
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr int kLooksMax = 400;
 // By so many it is seen whether they would have to be so many more that the few there are would be in vain.
 constexpr int kEarlyLooks = 16;
-constexpr double kTooMany = 4 * kLooksMax;
+constexpr double kTooMany = 16 * kLooksMax;
 // Of the time between two looks: so near is the time at which they meet.
 constexpr double kNarrow = 1.0 / 64;
 // Speeds change on the way.

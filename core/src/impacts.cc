@@ -133,9 +133,10 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
                               .is_swept = true,
                               .is_deep = pair.is_deep,
                               .is_held = !speed_.IsStillFree(as_contact) && IsNewAmongHeld(as_contact)};
+    // Who looked along a way knows when it met something, and points at its end do not.
     if (known == candidates_.end()) {
       candidates_.push_back(candidate);
-    } else if (known->time < pair.time) {
+    } else {
       *known = candidate;
     }
   }
