@@ -9,7 +9,7 @@ from typing import Any
 import grpc
 from grpc.experimental import ChannelOptions
 
-from . import errors
+from . import _arguments, errors
 from ._contract import METHODS
 
 DEFAULT_TIMEOUT_SECONDS = 30.0
@@ -64,8 +64,9 @@ class Connection:
             GenphysError: the call failed; a subclass says why.
         """
         self._check_open()
+        deadline = self.deadline(timeout)
         try:
-            return self._calls[method](request, timeout=self.deadline(timeout))
+            return self._calls[method](request, timeout=deadline)
         except grpc.RpcError as error:
             raise errors.from_rpc_error(error) from None
         except ValueError as error:
@@ -103,8 +104,13 @@ class Connection:
         )
 
     def deadline(self, timeout: float | None) -> float | None:
-        """Returns the seconds that gRPC is told: None is the connection's default, infinity is no deadline."""
-        seconds = self.timeout if timeout is None else timeout
+        """Returns the seconds that gRPC is told: None is the connection's default, infinity is no deadline.
+
+        Raises:
+            TypeError: `timeout` is no number.
+            ValueError: it is NaN.
+        """
+        seconds = _arguments.seconds(self.timeout if timeout is None else timeout, "timeout")
         return seconds if math.isfinite(seconds) else None
 
     def _check_open(self) -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import functools
+import reprlib
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf.descriptor import FieldDescriptor
 
 from . import _descriptors
 
@@ -48,6 +51,76 @@ class _Wire:
 
 wire = _Wire()
 
+_ARGUMENTS = {
+    "display_name": "name",
+    "every_nth_step": "every",
+    "is_sensor": "sensor",
+    "lower_metres": "lower",
+    "lower_radians": "lower",
+    "rest_metres": "rest",
+    "rest_radians": "rest",
+    "rest_time_seconds": "rest_time",
+    "slop_metres": "slop",
+    "step_size_seconds": "step_size",
+    "swing_max_radians": "swing_max",
+    "target_metres": "position",
+    "target_radians": "position",
+    "target_velocity": "velocity",
+    "time_constant_seconds": "time_constant",
+    "torque_max": "force_max",
+    "upper_metres": "upper",
+    "upper_radians": "upper",
+}
+"""What a user calls a field whose name in the contract is another one."""
+
+_MEANT = {
+    FieldDescriptor.CPPTYPE_BOOL: "True or False",
+    FieldDescriptor.CPPTYPE_DOUBLE: "a number",
+    FieldDescriptor.CPPTYPE_FLOAT: "a number",
+    FieldDescriptor.CPPTYPE_STRING: "a str",
+    FieldDescriptor.CPPTYPE_UINT32: f"a whole number from 0 to {(1 << 32) - 1}",
+    FieldDescriptor.CPPTYPE_UINT64: f"a whole number from 0 to {(1 << 64) - 1}",
+}
+
+
+class _Make:
+    """The messages of genphys.v1 made from what a user said: `make.StepRequest(steps=3)`.
+
+    What a field cannot hold is a TypeError or ValueError that names the argument, which protobuf does not.
+    """
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        kind = getattr(wire, name)
+
+        def made(**values: Any) -> Any:
+            try:
+                return kind(**values)
+            except (TypeError, ValueError, OverflowError):
+                _blame(kind, values)
+                raise
+
+        setattr(self, name, made)
+        return made
+
+
+def _blame(kind: Any, values: dict[str, Any]) -> None:
+    """Raises what is wrong with the first value that its field cannot hold, if there is one."""
+    for name, value in values.items():
+        field = kind.DESCRIPTOR.fields_by_name.get(name)
+        if field is None:
+            return
+        try:
+            kind(**{name: value})
+        except (TypeError, ValueError, OverflowError) as error:
+            meant = "bytes" if field.type == FieldDescriptor.TYPE_BYTES else _MEANT.get(field.cpp_type, "what it holds")
+            if hasattr(getattr(kind(), name), "extend"):
+                meant = f"a list, each {meant}"
+            text = f"{_ARGUMENTS.get(name, name)} is {reprlib.repr(value)}, not {meant}"
+            raise (TypeError if isinstance(error, TypeError) else ValueError)(text) from None
+
+
+make = _Make()
+
 
 def enum_names(enum: str, prefix: str) -> dict[int, str]:
     """Returns number -> lower-case name without prefix of an enum; zero, the unspecified, is left out."""
@@ -64,12 +137,12 @@ class EnumCodec:
         self._what = what
 
     def number(self, word: str) -> int:
-        """Returns the number of `word`; raises ValueError naming the words there are."""
-        try:
-            return self._numbers[word.lower()]
-        except KeyError:
-            choices = ", ".join(sorted(self._numbers))
-            raise ValueError(f"{self._what} is {word!r}, not one of: {choices}") from None
+        """Returns the number of `word`; raises ValueError naming the words there are, TypeError for what is no word."""
+        found = self._numbers.get(word.lower()) if isinstance(word, str) else None
+        if found is not None:
+            return found
+        error = ValueError if isinstance(word, str) else TypeError
+        raise error(f"{self._what} is {reprlib.repr(word)}, not one of: {', '.join(sorted(self._numbers))}")
 
     def word(self, number: int) -> str:
         """Returns the word of `number`; a number that this version does not know is given in digits."""

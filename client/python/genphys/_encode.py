@@ -1,115 +1,113 @@
-"""Python values -> messages. Shapes of arguments are checked here, their values by the server."""
+"""Python values -> messages. Kinds and shapes of arguments are checked here, their values by the server."""
 
 from __future__ import annotations
 
-import operator
+import reprlib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from . import model
-from ._contract import COORDINATES, FEATURE, MIXING, MOTION, QUALITY, SCALAR, SOLVER, wire
+from . import _arguments, model
+from ._arguments import instance, items
+from ._contract import COORDINATES, FEATURE, MIXING, MOTION, QUALITY, SCALAR, SOLVER, make
+
+_DTYPES = ("float32", "float64")
+"""What the numbers of a frame may be; the contract has another word, for what is no frame."""
 
 
 def vector(value: Any, what: str) -> Any:
-    """Returns a Vector3; raises ValueError unless `value` has three numbers."""
-    x, y, z = _numbers(value, 3, what)
-    return wire.Vector3(x=x, y=y, z=z)
+    """Returns a Vector3; raises TypeError or ValueError unless `value` has three numbers."""
+    x, y, z = _arguments.numbers(value, 3, what)
+    return make.Vector3(x=x, y=y, z=z)
 
 
 def quaternion(value: Any, what: str) -> Any:
-    """Returns a Quaternion; raises ValueError unless `value` has four numbers."""
-    w, x, y, z = _numbers(value, 4, what)
-    return wire.Quaternion(w=w, x=x, y=y, z=z)
+    """Returns a Quaternion; raises TypeError or ValueError unless `value` has four numbers."""
+    w, x, y, z = _arguments.numbers(value, 4, what)
+    return make.Quaternion(w=w, x=x, y=y, z=z)
 
 
 def pose(position: Any, orientation: Any) -> Any:
     """Returns a Pose; None leaves a part at its default."""
-    return wire.Pose(
+    return make.Pose(
         position=None if position is None else vector(position, "position"),
         orientation=None if orientation is None else quaternion(orientation, "orientation"),
     )
 
 
 def entity_id(entity: Any) -> int:
-    """Returns the id of an Entity, an EntityInfo or a number."""
-    try:
-        return operator.index(entity)
-    except TypeError:
-        raise TypeError(f"expected an Entity or its id, not {type(entity).__name__}") from None
+    """Returns the id of an Entity, an EntityInfo or a number; raises TypeError for any other handle."""
+    return _arguments.handle_id(entity, (model.Entity, model.EntityInfo), "an Entity")
+
+
+def entity_ids(entities: Any, what: str) -> list[int]:
+    """Returns the ids of entities; raises TypeError if they are not several."""
+    return [entity_id(each) for each in items(entities, what)]
+
+
+def entity_column(entities: Any, what: str) -> bytes:
+    """Returns ids of entities as a byte column; an array of numbers takes the fast way."""
+    return _arguments.id_column(entities, what, entity_id)
 
 
 def frame(value: Any, what: str) -> Any:
     """Returns the Pose of a joint frame: a position, or a pair of position and orientation; None stays None."""
     if value is None:
         return None
-    if len(value) == 2:
-        return wire.Pose(position=vector(value[0], what), orientation=quaternion(value[1], what))
-    return wire.Pose(position=vector(value, what))
-
-
-def number_column(values: Any, what: str) -> bytes:
-    """Returns an array of shape (n,) as a byte column; raises ValueError if it has another shape."""
-    array = np.ascontiguousarray(values, "<f8")
-    if array.ndim != 1:
-        raise ValueError(f"{what} has shape {array.shape}, not (n,)")
-    return array.tobytes()
-
-
-def id_column(entities: Any) -> bytes:
-    """Returns ids as a byte column; an array of numbers takes the fast way."""
-    if isinstance(entities, np.ndarray) and entities.dtype.kind in "iu":
-        return np.ascontiguousarray(entities, "<u8").tobytes()
-    return np.fromiter((entity_id(each) for each in entities), "<u8").tobytes()
-
-
-def vector_column(values: Any, what: str) -> bytes:
-    """Returns an array of shape (n, 3) as a byte column; raises ValueError if it has another shape."""
-    array = np.ascontiguousarray(values, "<f8")
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{what} has shape {array.shape}, not (n, 3)")
-    return array.tobytes()
-
-
-def quaternion_column(values: Any, what: str) -> bytes:
-    """Returns an array of shape (n, 4) as a byte column; raises ValueError if it has another shape."""
-    array = np.ascontiguousarray(values, "<f8")
-    if array.ndim != 2 or array.shape[1] != 4:
-        raise ValueError(f"{what} has shape {array.shape}, not (n, 4)")
-    return array.tobytes()
+    if isinstance(value, (tuple, list)) and len(value) == 2:
+        return make.Pose(position=vector(value[0], what), orientation=quaternion(value[1], what))
+    try:
+        return make.Pose(position=vector(value, what))
+    except TypeError:
+        raise TypeError(f"{what} is {reprlib.repr(value)}, not a position or (position, orientation)") from None
 
 
 def frame_request(frame: bool | model.FrameRequest | None) -> Any:
     """Returns a FrameRequest message; None when no frame is wanted."""
-    if frame is None or frame is False:
+    if frame is None:
         return None
-    wanted = model.FrameRequest() if frame is True else frame
-    return wire.FrameRequest(
-        scalar=SCALAR.number(wanted.dtype),
-        poses=wanted.poses,
-        velocities=wanted.velocities,
-        net_forces=wanted.net_forces,
-        entity_ids=[entity_id(each) for each in wanted.entities],
-        deltas=wanted.deltas,
-        joints=wanted.joints,
+    if isinstance(frame, (bool, np.bool_)):
+        return frame_request(model.FrameRequest()) if frame else None
+    if not isinstance(frame, model.FrameRequest):
+        raise TypeError(f"frame is {reprlib.repr(frame)}, not True, False or genphys.FrameRequest(...)")
+    return make.FrameRequest(
+        scalar=scalar(frame.dtype),
+        poses=frame.poses,
+        velocities=frame.velocities,
+        net_forces=frame.net_forces,
+        entity_ids=entity_ids(frame.entities, "entities"),
+        deltas=frame.deltas,
+        joints=frame.joints,
     )
 
 
-def event_kinds(kinds: model.EventKinds) -> Any:
+def scalar(dtype: Any) -> int:
+    """Returns the number of what the numbers of a frame are: "float64", or a type or dtype of numpy."""
+    word = np.dtype(dtype).name if isinstance(dtype, (np.dtype, type)) else dtype
+    if not isinstance(word, str):
+        raise TypeError(f"dtype is {reprlib.repr(dtype)}, not one of: {', '.join(_DTYPES)}")
+    if word.lower() not in _DTYPES:
+        raise ValueError(f"dtype is {dtype!r}, not one of: {', '.join(_DTYPES)}")
+    return SCALAR.number(word)
+
+
+def event_kinds(kinds: Any, what: str) -> Any:
     """Returns an EventKinds message."""
-    return wire.EventKinds(**vars(kinds))
+    return make.EventKinds(**vars(instance(kinds, model.EventKinds, what)))
 
 
 def event_filter(events: bool | model.EventFilter | None) -> Any:
     """Returns an EventFilter message; None when no events are wanted."""
-    if events is None or events is False:
+    if events is None:
         return None
-    if events is True:
-        return wire.EventFilter()
-    return wire.EventFilter(
-        kinds=None if events.kinds is None else event_kinds(events.kinds),
-        entity_ids=[entity_id(each) for each in events.entities],
+    if isinstance(events, (bool, np.bool_)):
+        return make.EventFilter() if events else None
+    if not isinstance(events, model.EventFilter):
+        raise TypeError(f"events is {reprlib.repr(events)}, not True, False or genphys.EventFilter(...)")
+    return make.EventFilter(
+        kinds=None if events.kinds is None else event_kinds(events.kinds, "kinds"),
+        entity_ids=entity_ids(events.entities, "entities"),
     )
 
 
@@ -122,7 +120,7 @@ def stepper(
     engine_only: bool,
 ) -> Any:
     """Returns a Stepper message; None leaves a value at its default."""
-    return wire.Stepper(
+    return make.Stepper(
         step_size_seconds=step_size,
         quality=None if quality is None else QUALITY.number(quality),
         solver=None if solver is None else SOLVER.number(solver),
@@ -139,7 +137,7 @@ def coordinates(word: str) -> int:
 
 def features(words: Iterable[str]) -> list[int]:
     """Returns the numbers of features named as in "shape_box"."""
-    return [FEATURE.number(word) for word in words]
+    return [FEATURE.number(word) for word in items(words, "required_features")]
 
 
 def material(
@@ -157,7 +155,7 @@ def material(
     numbers = (friction, kinetic_friction, restitution, density, rolling_friction, spinning_friction)
     if all(value is None for value in (*numbers, friction_mixing, restitution_mixing)):
         return None
-    return wire.Material(
+    return make.Material(
         friction=friction,
         kinetic_friction=kinetic_friction,
         restitution=restitution,
@@ -173,7 +171,8 @@ def sleep_policy(policy: model.AutoDisable | None) -> Any:
     """Returns an AutoDisable message, or None."""
     if policy is None:
         return None
-    return wire.AutoDisable(
+    instance(policy, model.AutoDisable, "auto_disable")
+    return make.AutoDisable(
         enabled=policy.enabled,
         linear_speed_max=policy.linear_speed_max,
         angular_speed_max=policy.angular_speed_max,
@@ -185,7 +184,8 @@ def correction_policy(policy: model.ErrorCorrection | None) -> Any:
     """Returns an ErrorCorrection message, or None."""
     if policy is None:
         return None
-    return wire.ErrorCorrection(
+    instance(policy, model.ErrorCorrection, "error_correction")
+    return make.ErrorCorrection(
         time_constant_seconds=policy.time_constant,
         slop_metres=policy.slop,
         correction_speed_max=policy.correction_speed_max,
@@ -195,51 +195,49 @@ def correction_policy(policy: model.ErrorCorrection | None) -> Any:
 def shape(value: Any) -> Any:
     """Returns a Shape message; raises TypeError for what is no shape."""
     if isinstance(value, model.Sphere):
-        return wire.Shape(sphere=wire.Sphere(radius=value.radius))
+        return make.Shape(sphere=make.Sphere(radius=value.radius))
     if isinstance(value, model.Box):
-        return wire.Shape(box=wire.Box(half_extents=vector(value.half_extents, "half_extents")))
+        return make.Shape(box=make.Box(half_extents=vector(value.half_extents, "half_extents")))
     if isinstance(value, model.Capsule):
-        return wire.Shape(capsule=wire.Capsule(radius=value.radius, half_length=value.half_length))
+        return make.Shape(capsule=make.Capsule(radius=value.radius, half_length=value.half_length))
     if isinstance(value, model.Cylinder):
-        return wire.Shape(cylinder=wire.Cylinder(radius=value.radius, half_length=value.half_length))
+        return make.Shape(cylinder=make.Cylinder(radius=value.radius, half_length=value.half_length))
     if isinstance(value, model.Plane):
-        return wire.Shape(plane=wire.Plane(normal=vector(value.normal, "normal"), offset=value.offset))
+        return make.Shape(plane=make.Plane(normal=vector(value.normal, "normal"), offset=value.offset))
     if isinstance(value, model.Cone):
-        return wire.Shape(cone=wire.Cone(radius=value.radius, half_length=value.half_length))
+        return make.Shape(cone=make.Cone(radius=value.radius, half_length=value.half_length))
     if isinstance(value, model.Ellipsoid):
-        return wire.Shape(ellipsoid=wire.Ellipsoid(semi_axes=vector(value.semi_axes, "semi_axes")))
+        return make.Shape(ellipsoid=make.Ellipsoid(semi_axes=vector(value.semi_axes, "semi_axes")))
     if isinstance(value, model.ConvexHull):
-        return wire.Shape(convex_hull=wire.ConvexHull(vertices=_rows(value.vertices, "vertices")))
+        return make.Shape(convex_hull=make.ConvexHull(vertices=_rows(value.vertices, "vertices")))
     if isinstance(value, model.TriangleMesh):
         indices = np.asarray(value.indices)
         if indices.ndim != 2 or indices.shape[1] != 3:
             raise ValueError(f"indices has shape {indices.shape}, not (n, 3)")
-        mesh = wire.TriangleMesh(vertices=_rows(value.vertices, "vertices"), indices=indices.ravel().tolist())
-        return wire.Shape(triangle_mesh=mesh)
+        mesh = make.TriangleMesh(vertices=_rows(value.vertices, "vertices"), indices=indices.ravel().tolist())
+        return make.Shape(triangle_mesh=mesh)
     if isinstance(value, model.Heightfield):
-        return wire.Shape(heightfield=_heightfield(value))
+        return make.Shape(heightfield=_heightfield(value))
     raise TypeError(f"{value!r} is not a shape")
 
 
-def _rows(values: Any, what: str) -> list[float]:
-    array = np.asarray(values, np.float64)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{what} has shape {array.shape}, not (n, 3)")
-    return array.ravel().tolist()
+def _rows(values: Any, what: str) -> Any:
+    return _arguments.rows(values, 3, what).ravel().tolist()
 
 
 def _heightfield(value: model.Heightfield) -> Any:
-    heights = np.asarray(value.heights, np.float64)
+    heights = _arguments.floats(value.heights, "heights")
     if heights.ndim != 2:
         raise ValueError(f"heights has shape {heights.shape}, not (rows, columns)")
     rows, columns = heights.shape
-    return wire.Heightfield(rows=rows, columns=columns, cell_size=value.cell_size, heights=heights.ravel().tolist())
+    return make.Heightfield(rows=rows, columns=columns, cell_size=value.cell_size, heights=heights.ravel().tolist())
 
 
-def geometry(value: model.Geometry) -> Any:
-    """Returns a Geometry message."""
+def geometry(value: Any, what: str = "geometry") -> Any:
+    """Returns a Geometry message; raises TypeError for what is no Geometry, as a shape alone."""
+    instance(value, model.Geometry, what)
     placed = value.position is not None or value.orientation is not None
-    return wire.Geometry(
+    return make.Geometry(
         id=value.id,
         shape=shape(value.shape),
         pose_in_entity=pose(value.position, value.orientation) if placed else None,
@@ -267,7 +265,7 @@ def inertia(mass: float | None, center_of_mass: Any, tensor: Any) -> Any:
     """Returns an Inertia message, or None if nothing is said; a tensor is 3 x 3 or xx xy xz yy yz zz."""
     if mass is None and center_of_mass is None and tensor is None:
         return None
-    return wire.Inertia(
+    return make.Inertia(
         mass=mass,
         center_of_mass=None if center_of_mass is None else vector(center_of_mass, "center_of_mass"),
         tensor=() if tensor is None else _tensor(tensor),
@@ -301,9 +299,9 @@ def entity(
     """Returns an Entity message from the keywords of `World.add_entity`."""
     body = None
     if physics:
-        body = wire.RigidBody(
+        body = make.RigidBody(
             motion_type=MOTION.number(motion),
-            geometries=[geometry(each) for each in geometries],
+            geometries=[geometry(each, f"geometries[{i}]") for i, each in enumerate(items(geometries, "geometries"))],
             inertia=inertia(mass, center_of_mass, inertia_tensor),
             auto_disable=sleep_policy(auto_disable),
             error_correction=correction_policy(error_correction),
@@ -314,15 +312,17 @@ def entity(
             gravity_scale=gravity_scale,
             linear_speed_max=linear_speed_max,
             angular_speed_max=angular_speed_max,
-            locked_axes=None if locked_axes is None else wire.LockedAxes(**vars(locked_axes)),
-            ignored_entity_ids=[entity_id(each) for each in ignored_entities],
+            locked_axes=None
+            if locked_axes is None
+            else make.LockedAxes(**vars(instance(locked_axes, model.LockedAxes, "locked_axes"))),
+            ignored_entity_ids=entity_ids(ignored_entities, "ignored_entities"),
         )
     placed = position is not None or orientation is not None
-    return wire.Entity(
+    return make.Entity(
         display_name=name,
         pose=pose(position, orientation) if placed else None,
         rigid_body=body,
-        visual=None if visual is None else wire.Visual(**vars(visual)),
+        visual=None if visual is None else make.Visual(**vars(instance(visual, model.Visual, "visual"))),
     )
 
 
@@ -351,6 +351,16 @@ _BODY_PATHS = {
 }
 
 
+ENTITY_KEYWORDS = frozenset(entity.__kwdefaults__ or ())
+
+
+def known(options: Iterable[str], keywords: Iterable[str], verb: str) -> None:
+    """Raises TypeError, as Python does, unless all `options` are `keywords` of the method `verb`."""
+    for name in options:
+        if name not in keywords:
+            raise TypeError(f"{verb}() got an unexpected keyword argument {name!r}")
+
+
 def entity_update(options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]:
     """Returns an Entity message of what `options` say, and the paths of what they are; with `whole`, all physics."""
     unknown = options.keys() - _ENTITY_PATHS.keys() - _BODY_PATHS.keys()
@@ -362,22 +372,17 @@ def entity_update(options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]
     return entity(physics=whole or bool(parts), **options), list(dict.fromkeys(paths))
 
 
-def resource(collection: str, name: str) -> str:
-    """Returns "worlds/lab" for "lab" and for "worlds/lab"."""
+def resource(collection: str, name: Any, what: str) -> str:
+    """Returns "worlds/lab" for "lab" and for "worlds/lab"; raises TypeError for what is no str."""
+    if not isinstance(name, str):
+        raise TypeError(f"{what} is {reprlib.repr(name)}, not a str")
     return name if name.startswith(f"{collection}/") else f"{collection}/{name}"
 
 
-def _numbers(value: Any, count: int, what: str) -> list[float]:
-    numbers = [float(each) for each in value]
-    if len(numbers) != count:
-        raise ValueError(f"{what} has {len(numbers)} numbers, not {count}")
-    return numbers
-
-
-def _tensor(value: Any) -> list[float]:
-    array = np.asarray(value, float)
-    if array.shape == (3, 3):
-        if not np.array_equal(array, array.T):
+def _tensor(value: Any) -> Any:
+    matrix = _arguments.floats(value, "inertia_tensor")
+    if matrix.shape == (3, 3):
+        if not np.array_equal(matrix, matrix.T):
             raise ValueError("inertia_tensor is not symmetric")
-        return [float(each) for each in array[np.triu_indices(3)]]
-    return _numbers(value, 6, "inertia_tensor")
+        return matrix[np.triu_indices(3)].tolist()
+    return _arguments.numbers(value, 6, "inertia_tensor").tolist()

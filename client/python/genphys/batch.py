@@ -13,10 +13,11 @@ from .model import Entity
 
 
 class Batch(Commands):
-    """Commands that go with the next `World.step`; made by `World.batch`."""
+    """Commands that go with the next `World.step`; made by `World.batch`, and full at the end of its block."""
 
     def __init__(self) -> None:
         self.commands: list[Any] = []
+        self._ended = False
         self._created: dict[int, Entity] = {}
         self._joined: dict[int, Joint] = {}
         self._created_fields: dict[int, fields.ForceField] = {}
@@ -26,14 +27,14 @@ class Batch(Commands):
 
     def _create(self, entity: Any) -> Entity:
         handle = Entity(None, entity.display_name)
-        self._created[len(self.commands)] = handle
         self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
+        self._created[len(self.commands) - 1] = handle
         return handle
 
     def _create_field(self, command: Any) -> fields.ForceField:
         handle = fields.ForceField()
-        self._created_fields[len(self.commands)] = handle
         self._submit(wire.Command(create_force_field=command))
+        self._created_fields[len(self.commands) - 1] = handle
         return handle
 
     def _made_by(self, entity: Any) -> int | None:
@@ -42,13 +43,19 @@ class Batch(Commands):
                 return index
         return None
 
-    def _submit(self, command: Any) -> None:
-        self.commands.append(command)
+    def _submit(self, *commands: Any) -> None:
+        if self._ended:
+            # What came later would go nowhere: the world took the commands along when the block ended.
+            raise ValueError("the block of this batch has ended: open another one with world.batch()")
+        self.commands += commands
+
+    def _end(self) -> None:
+        self._ended = True
 
     def _join(self, joint: Any) -> Joint:
         handle = Joint(None)
-        self._joined[len(self.commands)] = handle
         self._submit(wire.Command(create_joint=wire.CreateJoint(joint=joint)))
+        self._joined[len(self.commands) - 1] = handle
         return handle
 
     def _side(self, entity: Entity | int | None) -> Any:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from . import _encode, fields, joints, model
-from ._contract import wire
+from . import _arguments, _encode, fields, joints, model
+from ._contract import make, wire
 from .joints import Joint
 from .model import Entity, Quaternion, Vector
 
@@ -32,6 +31,7 @@ _GEOMETRY_KEYWORDS = (
     "collides_with_bits",
     "surface_velocity",
 )
+_SHAPE_KEYWORDS = (_encode.ENTITY_KEYWORDS - {"geometries"}) | set(_GEOMETRY_KEYWORDS)
 
 
 class Commands:
@@ -52,7 +52,8 @@ class Commands:
         """Returns the place in the batch of the command that makes an entity which is not there yet."""
         return None
 
-    def _submit(self, command: Any) -> None:
+    def _submit(self, *commands: Any) -> None:
+        """Does them, in this order, or none of them."""
         raise NotImplementedError
 
     def _join(self, joint: Any) -> Joint:
@@ -86,7 +87,7 @@ class Commands:
             break_force: N that it holds at most; None is any.
             break_torque: N*m about the origin of frame b that it holds at most; None is any.
         """
-        joint = wire.Joint(
+        joint = make.Joint(
             entity_a=self._side(entity_a),
             entity_b=self._side(entity_b),
             frame_in_a=_encode.frame(frame_in_a, "frame_in_a"),
@@ -134,76 +135,77 @@ class Commands:
         if kind is None:
             # A joint without a kind is refused; one that the mask does not name is not looked at.
             said["fixed"] = wire.FixedJoint()
-        update = wire.UpdateJoint(joint=wire.Joint(id=_encode.entity_id(joint), **said))
+        update = wire.UpdateJoint(joint=make.Joint(id=joints.joint_id(joint), **said))
         update.update_mask.paths.extend(fields)
         self._submit(wire.Command(update_joint=update))
 
     def remove_joint(self, joint: Joint | int) -> None:
         """Removes a joint."""
-        self._submit(wire.Command(delete_joint=wire.DeleteJoint(joint_id=_encode.entity_id(joint))))
+        self._submit(wire.Command(delete_joint=wire.DeleteJoint(joint_id=joints.joint_id(joint))))
 
     def set_motors(self, of: Iterable[Joint | int] | Any, velocities: Any, positions: Any = None) -> None:
         """Sets the targets of the first motor of many joints: the fast way.
 
         Args:
-            of: n joints or an array of n ids.
+            of: n joints or an array of n ids; of none nothing is done.
             velocities: (n,), m/s or rad/s.
             positions: (n,), m or rad, when all of them drive to a position; None leaves them.
         """
-        columns = wire.SetMotorColumns(
-            joint_ids=_encode.id_column(of),
-            targets=_encode.number_column(velocities, "velocities"),
-            positions=b"" if positions is None else _encode.number_column(positions, "positions"),
+        columns = make.SetMotorColumns(
+            joint_ids=joints.joint_column(of, "of"),
+            targets=_arguments.number_column(velocities, "velocities"),
+            positions=b"" if positions is None else _arguments.number_column(positions, "positions"),
         )
-        self._submit(wire.Command(set_motors=columns))
+        if _has_rows(columns.joint_ids, velocities=columns.targets, positions=columns.positions):
+            self._submit(wire.Command(set_motors=columns))
 
     def add_sphere(self, *, radius: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a ball of this radius in metres; further keywords: `BodyOptions`, `ShapeOptions`.
 
         Without mass or density the world's default density counts.
         """
-        return self._add(model.Sphere(radius), options)
+        return self._add("add_sphere", model.Sphere(radius), options)
 
     def add_box(self, *, half_extents: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a block with these half edges in metres; further keywords: `BodyOptions`, `ShapeOptions`."""
-        return self._add(model.Box(half_extents), options)
+        return self._add("add_box", model.Box(half_extents), options)
 
     def add_capsule(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a cylinder along its z with round ends; `half_length` in metres is of the straight part."""
-        return self._add(model.Capsule(radius, half_length), options)
+        return self._add("add_capsule", model.Capsule(radius, half_length), options)
 
     def add_cylinder(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a cylinder along its z with flat ends; metres."""
-        return self._add(model.Cylinder(radius, half_length), options)
+        return self._add("add_cylinder", model.Cylinder(radius, half_length), options)
 
     def add_cone(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a cone with its apex at its z = half_length and its base across -half_length; metres."""
-        return self._add(model.Cone(radius, half_length), options)
+        return self._add("add_cone", model.Cone(radius, half_length), options)
 
     def add_ellipsoid(self, *, semi_axes: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
         """Adds an ellipsoid with these half axes in metres."""
-        return self._add(model.Ellipsoid(semi_axes), options)
+        return self._add("add_ellipsoid", model.Ellipsoid(semi_axes), options)
 
     def add_convex_hull(self, vertices: Any, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds the smallest convex body around (n, 3) points in metres."""
-        return self._add(model.ConvexHull(vertices), options)
+        return self._add("add_convex_hull", model.ConvexHull(vertices), options)
 
     def add_mesh(self, vertices: Any, indices: Any, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a static (or, with motion="kinematic", kinematic) surface of triangles; see `TriangleMesh`."""
         options.setdefault("motion", "static")
-        return self._add(model.TriangleMesh(vertices, indices), options)
+        return self._add("add_mesh", model.TriangleMesh(vertices, indices), options)
 
     def add_heightfield(self, heights: Any, *, cell_size: float = 1.0, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a static (or, with motion="kinematic", kinematic) ground of heights; see `Heightfield`."""
         options.setdefault("motion", "static")
-        return self._add(model.Heightfield(heights, cell_size), options)
+        return self._add("add_heightfield", model.Heightfield(heights, cell_size), options)
 
     def add_plane(
         self, *, normal: Vector = (0.0, 0.0, 1.0), offset: float = 0.0, **options: Unpack[ShapeOptions]
     ) -> Entity:
         """Adds a static half space, solid where dot(normal, p) <= offset; offset in metres."""
         options.setdefault("motion", "static")
-        return self._add(model.Plane(normal, offset), options)
+        return self._add("add_plane", model.Plane(normal, offset), options)
 
     def add_entity(
         self, *, geometries: Sequence[model.Geometry] = (), physics: bool = True, **options: Unpack[EntityOptions]
@@ -215,6 +217,7 @@ class Commands:
             physics: False for something that stays where it is put and collides with nothing.
             options: See `BodyOptions` and `EntityOptions`.
         """
+        _encode.known(options, _encode.ENTITY_KEYWORDS, "add_entity")
         return self._create(_encode.entity(geometries=geometries, physics=physics, **options))
 
     def update_entity(
@@ -230,17 +233,28 @@ class Commands:
             entity: Which.
             clear: What it loses or takes back to its default, by path: "rigid_body", "visual", "rigid_body.inertia" ...
             options: Keywords of `add_entity`. geometries are all that it has from then on: keep the id of one that
-                stays; of one that is changed too. A mass, centre or tensor replaces all three. Physics comes to an
+                stays; of one that is changed too. A mass, centre or tensor replaces all three. A position or an
+                orientation alone leaves the other one, as `set_pose` does; None leaves it, too. Physics comes to an
                 entity without by physics=True, with all that belongs to it.
         """
+        pose = {name: options.pop(name, None) for name in ("position", "orientation")}
+        halves = [name for name, value in pose.items() if value is not None]
+        if len(halves) == 2:
+            options |= pose
         whole = options.pop("physics", None)
-        if whole is False:
-            clear = (*clear, "rigid_body")
+        cleared = [*_arguments.items(clear, "clear"), *(["rigid_body"] if whole is False else [])]
         message, paths = _encode.entity_update(options, whole=bool(whole))
         message.id = _encode.entity_id(entity)
-        update = wire.UpdateEntity(entity=message)
-        update.update_mask.paths.extend([*paths, *clear])
-        self._submit(wire.Command(update_entity=update))
+        commands = []
+        if paths or cleared or not halves:
+            update = wire.UpdateEntity(entity=message)
+            update.update_mask.paths.extend([*paths, *cleared])
+            commands.append(wire.Command(update_entity=update))
+        if len(halves) == 1:
+            # An update replaces the whole pose. After it, so that a half is not lost to what it clears.
+            half = make.SetPose(entity_id=message.id, pose=_encode.pose(**pose))
+            commands.append(wire.Command(set_pose=half))
+        self._submit(*commands)
 
     def remove(self, entity: Entity | int) -> None:
         """Removes an entity and the joints that hold it."""
@@ -293,7 +307,7 @@ class Commands:
             point: Where the linear impulse acts, metres; None is the centre of mass.
             coordinates: Of all three: "world" or "entity".
         """
-        impulse = wire.ApplyImpulse(
+        impulse = make.ApplyImpulse(
             entity_id=_encode.entity_id(entity),
             linear=None if linear is None else _encode.vector(linear, "linear"),
             angular=None if angular is None else _encode.vector(angular, "angular"),
@@ -308,18 +322,19 @@ class Commands:
         """Pushes many entities for one step, at their centres of mass: the fast way.
 
         Args:
-            entities: n entities or an array of n ids.
+            entities: n entities or an array of n ids; on none nothing is done.
             forces: (n, 3), N; None for none.
             torques: (n, 3), N*m; None for none.
             sampled: As in `apply_force`.
         """
-        columns = wire.ApplyForceColumns(
-            entity_ids=_encode.id_column(entities),
-            forces=b"" if forces is None else _encode.vector_column(forces, "forces"),
-            torques=b"" if torques is None else _encode.vector_column(torques, "torques"),
+        columns = make.ApplyForceColumns(
+            entity_ids=_encode.entity_column(entities, "entities"),
+            forces=b"" if forces is None else _arguments.row_column(forces, 3, "forces"),
+            torques=b"" if torques is None else _arguments.row_column(torques, 3, "torques"),
             sampled=sampled,
         )
-        self._submit(wire.Command(apply_forces=columns))
+        if _has_rows(columns.entity_ids, forces=columns.forces, torques=columns.torques):
+            self._submit(wire.Command(apply_forces=columns))
 
     def add_field(
         self,
@@ -346,18 +361,18 @@ class Commands:
         region: tuple[Vector, Vector] | None = None,
     ) -> None:
         """Replaces all of a force field; see `add_field`."""
-        message = fields.message(field, entities, region, operator.index(number))
+        message = fields.message(field, entities, region, fields.field_id(number))
         self._submit(wire.Command(update_force_field=wire.UpdateForceField(field=message)))
 
     def remove_field(self, number: fields.ForceField | int) -> None:
         """Removes a force field."""
-        self._submit(wire.Command(delete_force_field=wire.DeleteForceField(field_id=operator.index(number))))
+        self._submit(wire.Command(delete_force_field=wire.DeleteForceField(field_id=fields.field_id(number))))
 
     def set_velocity(
         self, entity: Entity | int, *, linear: Vector | None = None, angular: Vector | None = None
     ) -> None:
         """Sets the velocity of the centre of mass in m/s and the spin in rad/s; None leaves one as it is."""
-        velocity = wire.SetVelocity(
+        velocity = make.SetVelocity(
             entity_id=_encode.entity_id(entity),
             linear=None if linear is None else _encode.vector(linear, "linear"),
             angular=None if angular is None else _encode.vector(angular, "angular"),
@@ -383,7 +398,7 @@ class Commands:
                 overlaps there is only pushed out of it.
         """
         pose = _encode.pose(position, orientation)
-        command = wire.SetPose(entity_id=_encode.entity_id(entity), pose=pose, over_steps=over_steps)
+        command = make.SetPose(entity_id=_encode.entity_id(entity), pose=pose, over_steps=over_steps)
         self._submit(wire.Command(set_pose=command))
 
     def set_gravity(self, gravity: Vector) -> None:
@@ -396,7 +411,7 @@ class Commands:
         Args:
             engine: As in "bullet"; see `Server.engines`.
         """
-        self._submit(wire.Command(set_engine=wire.SetEngine(engine=_encode.resource("engines", engine))))
+        self._submit(wire.Command(set_engine=wire.SetEngine(engine=_encode.resource("engines", engine, "engine"))))
 
     def set_stepper(
         self,
@@ -421,11 +436,20 @@ class Commands:
         stepper = _encode.stepper(step_size, quality, solver, substeps, iterations, engine_only)
         self._submit(wire.Command(set_stepper=wire.SetStepper(stepper=stepper)))
 
-    def _add(self, shape: model.Shape, options: Any) -> Entity:
-        if "mass" in options and "density" in options:
+    def _add(self, verb: str, shape: model.Shape, options: Any) -> Entity:
+        _encode.known(options, _SHAPE_KEYWORDS, verb)
+        if options.get("mass") is not None and options.get("density") is not None:
             raise ValueError("give mass or density, not both")
         of_geometry = {key: options.pop(key) for key in _GEOMETRY_KEYWORDS if key in options}
         return self._create(_encode.entity(geometries=[model.Geometry(shape=shape, **of_geometry)], **options))
+
+
+def _has_rows(ids: bytes, **columns: bytes) -> bool:
+    """Returns whether there is something to do; raises ValueError for rows of nobody."""
+    for name, column in columns.items():
+        if column and not ids:
+            raise ValueError(f"{name} has rows, but nobody is named")
+    return bool(ids)
 
 
 def _force(
@@ -438,7 +462,7 @@ def _force(
     replace: bool,
     sampled: bool,
 ) -> Any:
-    return wire.ApplyForce(
+    return make.ApplyForce(
         entity_id=_encode.entity_id(entity),
         force=None if force is None else _encode.vector(force, "force"),
         torque=None if torque is None else _encode.vector(torque, "torque"),

@@ -68,9 +68,10 @@ class Drive:
         """
         if len(self._in_flight) >= IN_FLIGHT_MAX:
             raise ValueError(f"{IN_FLIGHT_MAX} steps are in flight: receive one first")
-        prepared = self._world._prepare_step(
+        request = self._world._step_request(
             steps, frame=frame, events=events, stats=stats, step_size=step_size, expected_step=expected_step
         )
+        prepared = self._world._take_along(request)
         self._in_flight.append(prepared)
         self._requests.put(wire.DriveRequest(step=prepared.request))
 

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from . import _decode, fields, joints
+from . import _decode, _encode, fields, joints
 from .model import Entity, EntityInfo
 
 EntityOf = Callable[[int], Entity]
@@ -60,7 +60,7 @@ class Event:
 
     def involves(self, entity: object) -> bool:
         """Returns whether it names this `Entity` or id."""
-        number = entity.__index__()  # type: ignore[attr-defined]
+        number = _encode.entity_id(entity)
         return any(each.id == number for each in self.entities)
 
 

@@ -6,8 +6,11 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any, Union
 
+import numpy as np
+
 from . import _encode
-from ._contract import wire
+from ._arguments import Handle, handle_id, instance, items
+from ._contract import make
 from .model import Vector
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -90,8 +93,11 @@ class Buoyancy:
 Field = Union[Uniform, Drag, Spring, PointGravity, Buoyancy]
 
 
-class ForceField:
-    """Names a force field of a world; its id is known once the server made it."""
+class ForceField(Handle):
+    """Names a force field of a world; its id is known once the server made it.
+
+    Handles compare and hash by id. Those of two worlds may be equal by chance.
+    """
 
     def __init__(self, number: int | None = None) -> None:
         self._id = number
@@ -106,12 +112,20 @@ class ForceField:
     def __index__(self) -> int:
         return self.id
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ForceField):
+            return NotImplemented
+        return self is other or (self._id is not None and self._id == other._id)
+
+    def __hash__(self) -> int:
+        return hash(self.id)
+
     def __repr__(self) -> str:
         return f"ForceField({self._id})"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class ForceFieldInfo:
+class ForceFieldInfo(Handle):
     """One force field as it was when asked for. Accepted wherever a `ForceField` is.
 
     Attributes:
@@ -135,8 +149,14 @@ class ForceFieldInfo:
         return self.id
 
 
+def field_id(field: Any) -> int:
+    """Returns the id of a ForceField, a ForceFieldInfo or a number; raises TypeError for any other handle."""
+    return handle_id(field, (ForceField, ForceFieldInfo), "a ForceField")
+
+
 def _drag(field: Drag) -> Any:
-    return wire.DragField(
+    instance(field, Drag, "drag", "fields.Drag")
+    return make.DragField(
         linear=field.linear,
         quadratic=field.quadratic,
         angular=field.angular,
@@ -146,7 +166,7 @@ def _drag(field: Drag) -> Any:
 
 def _uniform(field: Uniform) -> dict[str, Any]:
     return {
-        "uniform": wire.UniformField(
+        "uniform": make.UniformField(
             force=_encode.vector(field.force, "force"), acceleration=_encode.vector(field.acceleration, "acceleration")
         )
     }
@@ -154,7 +174,7 @@ def _uniform(field: Uniform) -> dict[str, Any]:
 
 def _spring(field: Spring) -> dict[str, Any]:
     return {
-        "spring": wire.SpringField(
+        "spring": make.SpringField(
             entity_a=_encode.entity_id(field.a),
             entity_b=0 if field.b is None else _encode.entity_id(field.b),
             point_in_a=_encode.vector(field.point_in_a, "point_in_a"),
@@ -168,7 +188,7 @@ def _spring(field: Spring) -> dict[str, Any]:
 
 def _point_gravity(field: PointGravity) -> dict[str, Any]:
     return {
-        "point_gravity": wire.PointGravityField(
+        "point_gravity": make.PointGravityField(
             center=_encode.vector(field.center, "center"), strength=field.strength, softening=field.softening
         )
     }
@@ -177,7 +197,7 @@ def _point_gravity(field: PointGravity) -> dict[str, Any]:
 def _buoyancy(field: Buoyancy) -> dict[str, Any]:
     normal = field.surface_normal
     return {
-        "buoyancy": wire.BuoyancyField(
+        "buoyancy": make.BuoyancyField(
             surface_normal=None if normal is None else _encode.vector(normal, "surface_normal"),
             surface_offset=field.surface_offset,
             fluid_density=field.fluid_density,
@@ -203,13 +223,15 @@ def message(
         raise TypeError(f"{field!r} is not a force field: Uniform, Drag, Spring, PointGravity or Buoyancy")
     bounds = None
     if region is not None:
+        if not isinstance(region, (tuple, list, np.ndarray)) or len(region) != 2:
+            raise ValueError(f"region is {region!r}, not two opposite corners")
         corner, opposite = region
-        bounds = wire.Region(
+        bounds = make.Region(
             corner=_encode.vector(corner, "region"), opposite_corner=_encode.vector(opposite, "region")
         )
-    return wire.ForceField(
+    return make.ForceField(
         id=number,
-        entity_ids=[_encode.entity_id(each) for each in entities],
+        entity_ids=_encode.entity_ids(entities, "entities"),
         region=bounds,
         **_KINDS[type(field)](field),
     )
@@ -222,6 +244,7 @@ def creation(
     made_by: Callable[[Any], int | None],
 ) -> Any:
     """Returns a CreateForceField command; `made_by` gives the place of the command that makes an entity, or None."""
+    entities = list(items(entities, "entities"))
     there = [each for each in entities if made_by(each) is None]
     ends: dict[str, int] = {}
     if isinstance(field, Spring):
@@ -230,7 +253,7 @@ def creation(
             if place is not None:
                 ends[f"spring_{name}_created_by_command"] = place
                 field = dataclasses.replace(field, **{name: 0})
-    return wire.CreateForceField(
+    return make.CreateForceField(
         field=message(field, there, region),
         created_by_commands=[place for place in map(made_by, entities) if place is not None],
         **ends,

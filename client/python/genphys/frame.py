@@ -21,6 +21,16 @@ _DTYPES: dict[int, np.dtype[Any]] = {
     SCALAR.number("float32"): np.dtype("<f4"),
 }
 _ID = np.dtype("<u8")
+_ASKED_BY = {
+    "positions": "poses",
+    "orientations": "poses",
+    "linear_velocities": "velocities",
+    "angular_velocities": "velocities",
+    "net_forces": "net_forces",
+    "joint_positions": "joints",
+    "joint_rates": "joints",
+    "joint_forces": "joints",
+}
 
 FloatColumn = NDArray[np.floating[Any]]
 
@@ -83,10 +93,12 @@ class Frame:
     AttributeError.
     """
 
-    __slots__ = ("_message", "_rows", "_stamp", "_columns")
+    __slots__ = ("_message", "_rows", "_stamp", "_columns", "_wanted")
 
-    def __init__(self, message: Any, rows: Rows | None = None, stamp: Any = None) -> None:
+    def __init__(self, message: Any, rows: Rows | None = None, stamp: Any = None, wanted: Any = None) -> None:
         self._message = message
+        # The FrameRequest that it answers; None when that is not known, and then its columns must tell.
+        self._wanted = wanted
         self._rows = rows or Rows((0, 0), message.entity_ids)
         self._stamp = message.stamp if stamp is None else stamp
         self._columns: dict[str, FloatColumn] = {}
@@ -173,6 +185,8 @@ class Frame:
     @property
     def asleep(self) -> NDArray[np.bool_]:
         """(n,): whether it sleeps. A copy: it travels as bits."""
+        if self._wanted is not None and not self._wanted.ListFields():
+            raise AttributeError("no frame was asked for: see FrameRequest")
         bits = np.frombuffer(self._message.asleep, np.uint8)
         if bits.size == 0:
             return np.zeros(len(self), bool)
@@ -198,13 +212,20 @@ class Frame:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} step {self.step}, {self.time:.6g} s, {len(self)} entities>"
 
+    def _check_asked(self, name: str) -> None:
+        # Rows alone do not tell: where there are none, what was not asked for looks like what was.
+        if self._wanted is not None and not getattr(self._wanted, _ASKED_BY[name]):
+            raise AttributeError(f"{name} were not asked for: see FrameRequest")
+
     def _joint_column(self, name: str) -> FloatColumn:
+        self._check_asked(name)
         return np.frombuffer(getattr(self._message, name), _DTYPES[self._message.scalar]).reshape(-1, 6)
 
     def _column(self, name: str, width: int) -> FloatColumn:
         # Kept, because protobuf copies a bytes field each time that it is read.
         column = self._columns.get(name)
         if column is None:
+            self._check_asked(name)
             column = np.frombuffer(getattr(self._message, name), _DTYPES[self._message.scalar]).reshape(-1, width)
             if len(column) != len(self._rows.ids):
                 raise AttributeError(f"{name} were not asked for: see FrameRequest")
@@ -273,9 +294,10 @@ class StepResult(Frame):
         stats: StepStats | None,
         message: Any = None,
         events_left_out: Gap | None = None,
+        wanted: Any = None,
     ) -> None:
         # Without a frame the reply is stamped all the same.
-        super().__init__(response.frame if message is None else message, rows, response.stamp)
+        super().__init__(response.frame if message is None else message, rows, response.stamp, wanted)
         self.events = events
         self.events_left_out = events_left_out
         self.created = created
@@ -313,7 +335,7 @@ class DeltaMerger:
         base = self.keyframe
         if base is None or base.keyframe_id != message.keyframe_id:
             return None
-        return Frame(lay_over(base, message), base._rows)
+        return Frame(lay_over(base, message), base._rows, wanted=frame._wanted)
 
 
 def lay_over(base: Frame, delta: Any) -> Any:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, Union
 
-from ._contract import wire
+from . import _arguments
+from ._arguments import Handle, instance
+from ._contract import make
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -137,7 +139,7 @@ class UnknownKind:
 Kind = Union[Ball, Hinge, Slider, Universal, Fixed, Wheel, SixDof, Distance, Gear]
 
 
-class Joint:
+class Joint(Handle):
     """A handle of one joint: its id in its world."""
 
     __slots__ = ("_id",)
@@ -160,7 +162,9 @@ class Joint:
         return self.id
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Joint) and self._id is not None and self._id == other._id
+        if not isinstance(other, Joint):
+            return NotImplemented
+        return self is other or (self._id is not None and self._id == other._id)
 
     def __hash__(self) -> int:
         return hash(self.id)
@@ -170,7 +174,7 @@ class Joint:
 
 
 @dataclasses.dataclass(frozen=True)
-class JointInfo:
+class JointInfo(Handle):
     """One joint as it was when asked for. Accepted wherever a `Joint` is.
 
     Attributes:
@@ -212,32 +216,45 @@ class JointInfo:
         return self.id
 
 
+def joint_id(joint: Any) -> int:
+    """Returns the id of a Joint, a JointInfo or a number; raises TypeError for any other handle."""
+    return _arguments.handle_id(joint, (Joint, JointInfo), "a Joint")
+
+
+def joint_column(joints: Any, what: str) -> bytes:
+    """Returns ids of joints as a byte column; an array of numbers takes the fast way."""
+    return _arguments.id_column(joints, what, joint_id)
+
+
 def _limits(angular: bool, lower: float | None, upper: float | None) -> Any:
     if lower is None and upper is None:
         return None
     if angular:
-        return wire.AngleLimits(lower_radians=lower, upper_radians=upper)
-    return wire.DistanceLimits(lower_metres=lower, upper_metres=upper)
+        return make.AngleLimits(lower_radians=lower, upper_radians=upper)
+    return make.DistanceLimits(lower_metres=lower, upper_metres=upper)
 
 
 def _motor(angular: bool, motor: Motor | None) -> Any:
     if motor is None:
         return None
+    instance(motor, Motor, "motor", "joints.Motor")
     drive = {"target_velocity": motor.velocity, "stiffness": motor.stiffness, "damping": motor.damping}
     if angular:
-        return wire.AngularMotor(torque_max=motor.force_max, target_radians=motor.position, **drive)
-    return wire.LinearMotor(force_max=motor.force_max, target_metres=motor.position, **drive)
+        return make.AngularMotor(torque_max=motor.force_max, target_radians=motor.position, **drive)
+    return make.LinearMotor(force_max=motor.force_max, target_metres=motor.position, **drive)
 
 
 def _spring(angular: bool, spring: Spring | None) -> Any:
     if spring is None:
         return None
+    instance(spring, Spring, "spring", "joints.Spring")
     if angular:
-        return wire.AngularSpring(stiffness=spring.stiffness, damping=spring.damping, rest_radians=spring.rest)
-    return wire.LinearSpring(stiffness=spring.stiffness, damping=spring.damping, rest_metres=spring.rest)
+        return make.AngularSpring(stiffness=spring.stiffness, damping=spring.damping, rest_radians=spring.rest)
+    return make.LinearSpring(stiffness=spring.stiffness, damping=spring.damping, rest_metres=spring.rest)
 
 
 def _parts(angular: bool, axis: Axis) -> dict[str, Any]:
+    instance(axis, Axis, "axis", "joints.Axis")
     return {
         "limits": _limits(angular, axis.lower, axis.upper),
         "motor": _motor(angular, axis.motor),
@@ -246,37 +263,37 @@ def _parts(angular: bool, axis: Axis) -> dict[str, Any]:
 
 
 def _angular(axis: Axis | None) -> Any:
-    return None if axis is None else wire.AngularAxis(**_parts(True, axis))
+    return None if axis is None else make.AngularAxis(**_parts(True, axis))
 
 
 def _linear(axis: Axis | None) -> Any:
-    return None if axis is None else wire.LinearAxis(**_parts(False, axis))
+    return None if axis is None else make.LinearAxis(**_parts(False, axis))
 
 
 def encode(kind: Kind) -> dict[str, Any]:
     """Returns the field of a Joint message that says `kind`; raises TypeError for what is none."""
     if isinstance(kind, Ball):
         twist = _limits(True, kind.twist_lower, kind.twist_upper)
-        return {"ball": wire.BallJoint(swing_max_radians=kind.swing_max, twist=twist)}
+        return {"ball": make.BallJoint(swing_max_radians=kind.swing_max, twist=twist)}
     if isinstance(kind, Hinge):
-        return {"hinge": wire.HingeJoint(**_parts(True, kind))}
+        return {"hinge": make.HingeJoint(**_parts(True, kind))}
     if isinstance(kind, Slider):
-        return {"slider": wire.SliderJoint(**_parts(False, kind))}
+        return {"slider": make.SliderJoint(**_parts(False, kind))}
     if isinstance(kind, Distance):
-        return {"distance": wire.DistanceJoint(**_parts(False, kind))}
+        return {"distance": make.DistanceJoint(**_parts(False, kind))}
     if isinstance(kind, Universal):
-        return {"universal": wire.UniversalJoint(about_x=_angular(kind.about_x), about_y=_angular(kind.about_y))}
+        return {"universal": make.UniversalJoint(about_x=_angular(kind.about_x), about_y=_angular(kind.about_y))}
     if isinstance(kind, Fixed):
-        return {"fixed": wire.FixedJoint()}
+        return {"fixed": make.FixedJoint()}
     if isinstance(kind, Wheel):
         suspension, steering, spin = _linear(kind.suspension), _angular(kind.steering), _angular(kind.spin)
-        return {"wheel": wire.WheelJoint(suspension=suspension, steering=steering, spin=spin)}
+        return {"wheel": make.WheelJoint(suspension=suspension, steering=steering, spin=spin)}
     if isinstance(kind, SixDof):
         along = {name: _linear(getattr(kind, name)) for name in ("along_x", "along_y", "along_z")}
         about = {name: _angular(getattr(kind, name)) for name in ("about_x", "about_y", "about_z")}
-        return {"six_dof": wire.SixDofJoint(**along, **about)}
+        return {"six_dof": make.SixDofJoint(**along, **about)}
     if isinstance(kind, Gear):
-        return {"gear": wire.GearJoint(ratio=kind.ratio)}
+        return {"gear": make.GearJoint(ratio=kind.ratio)}
     raise TypeError(f"{kind!r} is no kind of joint: see genphys.joints")
 
 

@@ -12,6 +12,8 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from ._arguments import Handle
+
 Vector = Union[Sequence[float], NDArray[np.float64]]
 """Three numbers: a tuple, a list, an array."""
 
@@ -297,7 +299,7 @@ class FrameRequest:
         velocities: Linear and angular velocities.
         net_forces: Forces and torques that acted in the last step.
         entities: Rows of these (`Entity` or id) alone; empty: all.
-        dtype: "float64" or "float32".
+        dtype: "float64" or "float32", or these as numpy has them.
         joints: What all joints of the world do.
         deltas: Only what changed since an earlier frame is sent; the frames you get are whole all the same.
     """
@@ -306,12 +308,12 @@ class FrameRequest:
     velocities: bool = True
     net_forces: bool = False
     entities: Sequence[object] = ()
-    dtype: str = "float64"
+    dtype: str | type | np.dtype[Any] = "float64"
     deltas: bool = False
     joints: bool = False
 
 
-class Entity:
+class Entity(Handle):
     """A handle of one entity: its id in its world, and a name for people.
 
     Handles compare and hash by id. Those of two worlds may be equal by chance.
@@ -331,7 +333,10 @@ class Entity:
             ValueError: the batch has not been taken along yet.
         """
         if self._id is None:
-            raise ValueError(f"{self} is not created before the next step of its world")
+            raise ValueError(
+                f"{self} is not created before the next step of its world: until then only its own batch can name it, "
+                "in joints and fields"
+            )
         return self._id
 
     @property
@@ -351,14 +356,14 @@ class Entity:
         return hash(self.id)
 
     def __str__(self) -> str:
-        return self._name or f"entity {self._id}"
+        return self._name or ("a new entity" if self._id is None else f"entity {self._id}")
 
     def __repr__(self) -> str:
         return f"<{self._name or 'entity'} {self._id}>"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class EntityInfo:
+class EntityInfo(Handle):
     """One entity as it was when asked for. Accepted wherever an `Entity` is.
 
     Attributes:

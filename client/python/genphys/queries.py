@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _encode, events, model
+from . import _arguments, _encode, events, model
 from ._connection import Connection
-from ._contract import wire
+from ._contract import make
 from .model import Entity
 
 
@@ -132,10 +132,10 @@ class Queries:
             timeout: Seconds.
         """
         starts, ways = np.broadcast_arrays(np.atleast_2d(origins), np.atleast_2d(translations))
-        request = wire.CastRaysRequest(
+        request = make.CastRaysRequest(
             world=self._name,
-            origins=_encode.vector_column(starts, "origins"),
-            translations=_encode.vector_column(ways, "translations"),
+            origins=_arguments.row_column(starts, 3, "origins"),
+            translations=_arguments.row_column(ways, 3, "translations"),
             collides_with_bits=collides_with_bits,
         )
         response = self._connection.call("CastRays", request, timeout)
@@ -154,10 +154,10 @@ class Queries:
     ) -> RayEntries:
         """Returns everything that each ray hits, now; the arguments are those of `cast_rays`."""
         starts, ways = np.broadcast_arrays(np.atleast_2d(origins), np.atleast_2d(translations))
-        request = wire.CastRaysRequest(
+        request = make.CastRaysRequest(
             world=self._name,
-            origins=_encode.vector_column(starts, "origins"),
-            translations=_encode.vector_column(ways, "translations"),
+            origins=_arguments.row_column(starts, 3, "origins"),
+            translations=_arguments.row_column(ways, 3, "translations"),
             collides_with_bits=collides_with_bits,
             all_hits=True,
         )
@@ -194,8 +194,8 @@ class Queries:
             timeout: Seconds.
         """
         starts, ways = np.broadcast_arrays(np.atleast_2d(positions), np.atleast_2d(translations))
-        request = wire.CastShapeRequest(
-            translations=_encode.vector_column(ways, "translations"),
+        request = make.CastShapeRequest(
+            translations=_arguments.row_column(ways, 3, "translations"),
             **self._posed(shape, starts, orientations, collides_with_bits),
         )
         response = self._connection.call("CastShape", request, timeout)
@@ -220,7 +220,7 @@ class Queries:
     ) -> Overlaps:
         """Returns all that a shape overlaps at places; the arguments are those of `cast_shape`."""
         places = np.atleast_2d(positions)
-        request = wire.FindOverlapsRequest(**self._posed(shape, places, orientations, collides_with_bits))
+        request = make.FindOverlapsRequest(**self._posed(shape, places, orientations, collides_with_bits))
         response = self._connection.call("FindOverlaps", request, timeout)
         return Overlaps(
             places=_numbered(response.hit_counts),
@@ -249,7 +249,7 @@ class Queries:
             timeout: Seconds.
         """
         places = np.atleast_2d(positions)
-        request = wire.FindClosestRequest(
+        request = make.FindClosestRequest(
             distance_max=distance_max, **self._posed(shape, places, orientations, collides_with_bits)
         )
         return _closest(self._connection.call("FindClosest", request, timeout).closest)
@@ -258,14 +258,16 @@ class Queries:
         self, first: Iterable[Entity | int], second: Iterable[Entity | int], *, timeout: float | None = None
     ) -> ClosestPoints:
         """Returns how far each entity of `first` is from that of `second`."""
-        request = wire.MeasureDistancesRequest(
-            world=self._name, from_ids=_encode.id_column(first), to_ids=_encode.id_column(second)
+        request = make.MeasureDistancesRequest(
+            world=self._name,
+            from_ids=_encode.entity_column(first, "first"),
+            to_ids=_encode.entity_column(second, "second"),
         )
         return _closest(self._connection.call("MeasureDistances", request, timeout).closest)
 
     def contacts_of(self, entity: Entity | int, *, timeout: float | None = None) -> list[EntityContact]:
         """Returns what touches an entity as of the last step, in order of id."""
-        request = wire.GetContactsRequest(world=self._name, entity_id=_encode.entity_id(entity))
+        request = make.GetContactsRequest(world=self._name, entity_id=_encode.entity_id(entity))
         return [
             EntityContact(
                 self._entity(each.other_id), each.is_sensor, tuple(events.contact_point(point) for point in each.points)
@@ -276,13 +278,13 @@ class Queries:
     def _posed(self, shape: model.Shape, places: Any, orientations: Any, bits: int | None) -> dict[str, Any]:
         turns = b""
         if orientations is not None:
-            turns = _encode.quaternion_column(
-                np.broadcast_to(np.atleast_2d(orientations), (len(places), 4)), "orientations"
+            turns = _arguments.row_column(
+                np.broadcast_to(np.atleast_2d(orientations), (len(places), 4)), 4, "orientations"
             )
         return {
             "world": self._name,
             "shape": _encode.shape(shape),
-            "positions": _encode.vector_column(places, "positions"),
+            "positions": _arguments.row_column(places, 3, "positions"),
             "orientations": turns,
             "collides_with_bits": bits,
         }

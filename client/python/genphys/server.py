@@ -8,8 +8,9 @@ from types import TracebackType
 import grpc
 
 from . import _decode, _encode, model
+from ._arguments import instance, items
 from ._connection import DEFAULT_TIMEOUT_SECONDS, Connection, finish
-from ._contract import wire
+from ._contract import make, wire
 from ._launcher import ServerProcess, find_server
 from .errors import GenphysError, UnavailableError, from_refusal, from_rpc_error
 from .frame import StepResult
@@ -128,14 +129,15 @@ class Server:
             auto_disable=_encode.sleep_policy(auto_disable),
             error_correction=_encode.correction_policy(error_correction),
         )
-        description = wire.World(
-            name=_encode.resource("worlds", name) if name else "",
-            engine=_encode.resource("engines", engine) if engine else "",
+        kinds = None if recorded_events is None else _encode.event_kinds(recorded_events, "recorded_events")
+        description = make.World(
+            name="" if name in (None, "") else _encode.resource("worlds", name, "name"),
+            engine="" if engine in (None, "") else _encode.resource("engines", engine, "engine"),
             gravity=None if gravity is None else _encode.vector(gravity, "gravity"),
             stepper=_encode.stepper(step_size, quality, solver, substeps, iterations, engine_only),
             defaults=defaults,
             ground_plane=ground_plane,
-            recorded_events=None if recorded_events is None else _encode.event_kinds(recorded_events),
+            recorded_events=kinds,
             record_state_hash=record_state_hash,
             required_features=_encode.features(required_features),
         )
@@ -150,7 +152,7 @@ class Server:
         Raises:
             WorldNotFoundError: there is none of this name.
         """
-        world = World(self._connection, _encode.resource("worlds", name), owned=False)
+        world = World(self._connection, _encode.resource("worlds", name, "name"), owned=False)
         world.learn_names()
         return world
 
@@ -170,14 +172,20 @@ class Server:
         Returns, in the order of `worlds`, what `World.step` would have returned, or in its place the exception that it
         would have raised: none of them harms the others. The arguments are those of `World.step`.
         """
-        prepared = [
-            world._prepare_step(
+        worlds = [
+            instance(world, World, f"worlds[{index}]") for index, world in enumerate(items(worlds, "worlds"))
+        ]
+        requests = [
+            world._step_request(
                 steps, frame=frame, events=events, stats=stats, step_size=step_size, expected_step=None
             )
             for world in worlds
         ]
-        request = wire.StepWorldsRequest(requests=[each.request for each in prepared])
-        call = self._connection.stream("StepWorlds", request, self._connection.deadline(timeout))
+        deadline = self._connection.deadline(timeout)
+        # Only now, when nothing is wrong with any of them, the collected commands leave their worlds.
+        prepared = [world._take_along(request) for world, request in zip(worlds, requests)]
+        together = wire.StepWorldsRequest(requests=[each.request for each in prepared])
+        call = self._connection.stream("StepWorlds", together, deadline)
         end: GenphysError = GenphysError("the server left this world out")
         found: dict[int, StepResult | GenphysError] = {}
         try:

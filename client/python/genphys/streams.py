@@ -11,9 +11,9 @@ from typing import Any, Generic, NamedTuple, TypeVar, Union
 
 import grpc
 
-from . import errors, events
+from . import _arguments, errors, events
 from ._connection import Connection, finish
-from ._contract import wire
+from ._contract import make, wire
 from .frame import DeltaMerger, Frame, RowsCache
 
 RECONNECT_SECONDS = 30.0
@@ -44,7 +44,7 @@ class Stream(Generic[Item]):
 
     def __init__(self, connection: Connection, duration: float | None) -> None:
         self._connection = connection
-        self._ends_at = None if duration is None else time.monotonic() + duration
+        self._ends_at = None if duration is None else time.monotonic() + _arguments.seconds(duration, "duration")
         self._ready: collections.deque[Item] = collections.deque()
         self._closed = False
         self._reading = threading.Lock()
@@ -215,7 +215,9 @@ class FrameStream(Stream[Frame]):
     def __init__(
         self, connection: Connection, world: str, frame: Any, every: int | None, duration: float | None
     ) -> None:
-        self._fixed = wire.WatchFramesRequest(world=world, frame=frame, every_nth_step=every)
+        self._fixed = make.WatchFramesRequest(world=world, frame=frame, every_nth_step=every)
+        # Without a request the server sends what it thinks fit.
+        self._wanted = frame
         self._rows = RowsCache()
         self._merger = DeltaMerger()
         super().__init__(connection, duration)
@@ -225,6 +227,6 @@ class FrameStream(Stream[Frame]):
 
     def _take(self, response: Any) -> None:
         message = response.frame
-        frame = self._merger.merge(Frame(message, self._rows.rows_of(message)), message)
+        frame = self._merger.merge(Frame(message, self._rows.rows_of(message), wanted=self._wanted), message)
         if frame is not None:
             self._ready.append(frame)

@@ -12,7 +12,7 @@ from typing import Any
 
 from . import _decode, _encode, model
 from ._connection import Connection
-from ._contract import wire
+from ._contract import make, wire
 from .batch import Batch
 from .commands import Commands
 from .drive import Drive
@@ -52,6 +52,7 @@ class PreparedStep:
             stats_of(response.stats) if self.request.stats else None,
             whole,
             _events_left_out(response),
+            self.request.frame,
         )
 
     def refused(self, error: GenphysError) -> GenphysError:
@@ -228,9 +229,11 @@ class World(Commands, Queries):
             DivergedError: the state became infinite.
             GenphysError: a collected command was refused: none was applied, and all are dropped.
         """
-        prepared = self._prepare_step(
+        request = self._step_request(
             steps, frame=frame, events=events, stats=stats, step_size=step_size, expected_step=expected_step
         )
+        self._connection.deadline(timeout)  # raises what is wrong with it while the commands are still collected
+        prepared = self._take_along(request)
         try:
             response = self._connection.call("Step", prepared.request, timeout)
         except GenphysError as error:
@@ -253,10 +256,13 @@ class World(Commands, Queries):
         """Collects commands that go with the next `step`: `with world.batch() as b: b.apply_force(...)`.
 
         They are applied in order before its first step, or none of them. If the block raises, they are dropped.
-        Entities that the batch adds have an id after that step.
+        Entities that the batch adds have an id after that step. Commands given to it after its block raise ValueError.
         """
         batch = Batch()
-        yield batch
+        try:
+            yield batch
+        finally:
+            batch._end()
         self._pending._append(batch)
 
     def play(self, real_time_factor: float | None = None, *, timeout: float | None = None) -> Stamp:
@@ -266,7 +272,7 @@ class World(Commands, Queries):
             real_time_factor: Simulated seconds per second; None is 1, 0 is as fast as possible.
             timeout: Seconds.
         """
-        request = wire.PlayWorldRequest(name=self._name, real_time_factor=real_time_factor)
+        request = make.PlayWorldRequest(name=self._name, real_time_factor=real_time_factor)
         return stamp_of(self._connection.call("PlayWorld", request, timeout).stamp)
 
     def pause(self, *, timeout: float | None = None) -> Stamp:
@@ -335,7 +341,7 @@ class World(Commands, Queries):
         self._streams.add(stream)
         return stream
 
-    def _prepare_step(
+    def _step_request(
         self,
         steps: int,
         *,
@@ -344,11 +350,10 @@ class World(Commands, Queries):
         stats: bool,
         step_size: float | None,
         expected_step: int | None,
-    ) -> PreparedStep:
-        pending, self._pending = self._pending, Batch()
-        request = wire.StepRequest(
+    ) -> Any:
+        """Returns a StepRequest without commands: what is wrong with it must not cost those that are collected."""
+        return make.StepRequest(
             world=self._name,
-            commands=pending.commands,
             steps=steps,
             step_size_seconds=step_size,
             frame=self._frame_requests[frame] if isinstance(frame, bool) else _encode.frame_request(frame),
@@ -356,6 +361,11 @@ class World(Commands, Queries):
             stats=stats,
             expected_step=expected_step,
         )
+
+    def _take_along(self, request: Any) -> PreparedStep:
+        """Lets the collected commands go with a StepRequest."""
+        pending, self._pending = self._pending, Batch()
+        request.commands.extend(pending.commands)
         keyframe = None
         if request.frame.deltas:
             keyframe = self._keyframes.get(request.frame.SerializeToString())
@@ -378,14 +388,14 @@ class World(Commands, Queries):
     def _create_field(self, command: Any) -> ForceField:
         return ForceField(self._send(wire.Command(create_force_field=command)).results[0].created_id)
 
-    def _submit(self, command: Any) -> None:
-        self._send(command)
+    def _submit(self, *commands: Any) -> None:
+        self._send(*commands)
 
     def _join(self, joint: Any) -> Joint:
         return Joint(self._send(wire.Command(create_joint=wire.CreateJoint(joint=joint))).results[0].created_id)
 
-    def _send(self, command: Any) -> Any:
-        return self._connection.call("Step", wire.StepRequest(world=self._name, commands=[command], steps=0))
+    def _send(self, *commands: Any) -> Any:
+        return self._connection.call("Step", wire.StepRequest(world=self._name, commands=commands, steps=0))
 
     def _learn(self, info: EntityInfo) -> EntityInfo:
         self._names[info.id] = info.name

@@ -13,6 +13,7 @@ from genphys._contract import METHODS, message_class, wire
 
 WORKERS = 8
 EPOCH = 7
+FIRST_ID = 1 << 32
 
 
 class FakeServer:
@@ -67,6 +68,21 @@ class FakeServer:
             request_deserializer=method.request.FromString,
             response_serializer=method.response.SerializeToString,
         )
+
+
+def answer_step(request: Any, context: Any) -> Any:
+    """Answers a Step as the first one of a world; what its commands create is numbered from `FIRST_ID`."""
+    response = wire.StepResponse(stamp={"step": 1, "epoch": EPOCH})
+    for index, command in enumerate(request.commands):
+        is_creation = command.WhichOneof("kind") == "create_entity"
+        response.results.add(created_id=FIRST_ID + index if is_creation else 0)
+    return response
+
+
+def last_command(server: FakeServer) -> Any:
+    """The one command of the last Step that came."""
+    (command,) = server.received("Step")[-1].commands
+    return command
 
 
 def refuse(context: Any, code: grpc.StatusCode, reason: str, message: str, field: str = "") -> None:

@@ -3,21 +3,11 @@
 import grpc
 import numpy as np
 import pytest
-from fake_server import FakeServer, refuse
+from fake_server import FIRST_ID, FakeServer, answer_step, last_command, refuse
 
 import genphys
 from genphys import _encode
 from genphys._contract import wire
-
-FIRST_ID = 1 << 32
-
-
-def answer_step(request, context):
-    response = wire.StepResponse(stamp={"step": 1, "epoch": 7})
-    for index, command in enumerate(request.commands):
-        is_creation = command.WhichOneof("kind") == "create_entity"
-        response.results.add(created_id=FIRST_ID + index if is_creation else 0)
-    return response
 
 
 @pytest.fixture
@@ -30,11 +20,6 @@ def fake():
 def world(fake):
     with genphys.connect(fake.address) as client:
         yield client.world("lab")
-
-
-def last_command(fake):
-    (command,) = fake.received("Step")[-1].commands
-    return command
 
 
 def test_shapes_and_bodies_are_described_by_keywords(world):

@@ -84,6 +84,32 @@ def test_an_entity_changes_part_by_part(world):
         world.update_entity(crate, colour="red")
 
 
+def test_half_a_pose_changes_and_the_other_half_stays(world):
+    turned, turned_back = (0.6, 0, 0, 0.8), (1, 0, 0, 0)
+    crate = world.add_box(mass=1.0, position=(3, 0, 5), orientation=turned)
+    world.update_entity(crate, position=(4, 0, 5))
+    assert (world.entity(crate).position, world.entity(crate).orientation) == ((4, 0, 5), turned)
+    world.update_entity(crate, orientation=turned_back, name="wall")
+    info = world.entity(crate)
+    assert (info.position, info.orientation, info.name) == ((4, 0, 5), turned_back, "wall")
+    world.update_entity(crate, position=None, motion="static")
+    assert world.entity(crate).position == (4, 0, 5)
+    with pytest.raises(genphys.OutOfRangeError):
+        world.update_entity(crate, position=(1e30, 0, 0), name="crate")
+    assert world.entity(crate).name == "wall"  # both or none
+
+
+def test_an_entity_is_not_removed_by_a_joint_of_its_number(world):
+    ball = world.add_sphere(mass=1.0, position=(0, 0, 5))
+    joint = world.join(None, ball, joints.Fixed())
+    assert joint.id == world.entities()[0].id
+    with pytest.raises(TypeError, match="expected an Entity or its id, not Joint"):
+        world.remove(joint)
+    assert len(world.entities()) == 2
+    world.remove_joint(world.joints()[0])
+    assert world.joints() == []
+
+
 def test_joints_and_fields_are_told_of(space):
     a, b = space.add_sphere(mass=1.0), space.add_sphere(mass=1.0, position=(3, 0, 0))
     with space.batch() as batch:

@@ -148,7 +148,22 @@ def test_a_frame_has_only_what_was_asked_for(world):
     with pytest.raises(AttributeError):
         some.linear_velocities  # noqa: B018
     assert (len(none), none.step, none.events) == (0, 2, ())
+    for column in ("positions", "linear_velocities", "net_forces", "joint_positions", "asleep"):
+        with pytest.raises(AttributeError, match="asked for"):
+            getattr(none, column)
+    with pytest.raises(AttributeError, match="joint_rates were not asked for"):
+        some.joint_rates  # noqa: B018
     assert none.stats.entities_in_flight + none.stats.entities_in_engine == 2
+
+
+def test_a_frame_of_an_empty_world_tells_what_was_asked_for_from_what_was_not(space):
+    with space.frames(genphys.FrameRequest(velocities=False)) as stream:
+        frames = [next(stream), space.step(frame=genphys.FrameRequest(velocities=False))]
+
+    for frame in frames:
+        assert frame.positions.shape == (0, 3)
+        with pytest.raises(AttributeError, match="angular_velocities were not asked for"):
+            frame.angular_velocities  # noqa: B018
 
 
 def test_a_result_says_which_events_it_has_no_room_for(space):
