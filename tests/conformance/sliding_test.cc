@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "conformance/engine_test.h"
 
@@ -73,6 +74,39 @@ TEST_P(Sliding, AskewDownASlopeIsOfSecondOrder) {
     };
     EXPECT_LE(error(60), 2e-4);  // before it was looked at in the middle of the step: 5e-3
     EXPECT_LE(error(240), 2e-4 / 14);
+  }
+}
+
+EntityDesc BodyOf(const std::vector<Geometry>& geometries) {
+  EntityDesc desc = Body(Box{{0.1, 0.3, 0.1}}, {0, 0, 0.1}, 1);
+  desc.rigid_body->geometries = geometries;
+  desc.rigid_body->inertia.center_of_mass = Vector3(0, 0, 0);
+  return desc;
+}
+
+// Several geometries of a body on one slope hold each other apart across it, and no more than friction can along it.
+TEST_P(Sliding, OnSeveralShapesBeginsWhereThatOfOneDoes) {
+  Proves({Claim::kBox, Claim::kSphere});
+  constexpr double kFriction = 0.4;
+  constexpr int kRate = 60;
+  const auto box = [](double x) { return Geometry{.shape = Box{{0.1, 0.3, 0.1}}, .pose_in_entity = {{x, 0, 0}}}; };
+  const auto ball = [](double x) { return Geometry{.shape = Sphere{0.1}, .pose_in_entity = {{x, 0, 0}}}; };
+  const std::pair<const char*, std::vector<Geometry>> bodies[] = {
+      {"two boxes", {box(-0.15), box(0.15)}},
+      {"two that touch", {box(-0.1), box(0.1)}},
+      {"three boxes", {box(-0.3), box(0), box(0.3)}},
+      {"a box between balls", {ball(-0.6), box(0), ball(0.6)}},
+  };
+  for (const auto& [name, geometries] : bodies) {
+    for (const double part : {0.95, 1.01, 1.1, 2.0}) {
+      const double slope = std::atan(part * kFriction);
+      const Vector3 gravity = kGravity * Vector3(std::sin(slope), 0, -std::cos(slope));
+      const auto world = FloorOf(GetParam(), kRate, kFriction, gravity);
+      const EntityId id = Add(*world, OnFloor(BodyOf(geometries), kFriction));
+      Steps(*world, kRate);
+      const double way = std::max(gravity.x() + kFriction * gravity.z(), 0.0) / 2;
+      EXPECT_NEAR(PositionOf(*world, id).x(), way, 1e-6) << name << ", " << part << " of what friction holds";
+    }
   }
 }
 

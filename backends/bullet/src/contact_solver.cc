@@ -18,15 +18,9 @@ constexpr size_t kStillStirred = 4;
 constexpr size_t kLooksPerTurn = 8;
 // Less than the twice from which on friction that follows the slip overshoots.
 constexpr double kEasy = 1.5;
-// The part of what friction may do from which on a pair bears a load along its surfaces.
-constexpr double kLoaded = 0.05;
-// The same of what lies on the ground. A tower that is held in both directions by less comes to rest elsewhere.
-constexpr double kLoadedOnGround = 0.02;
 // Of the slip that there would be without what friction did: with more than this part of it, the slip itself tells its
 // direction.
 constexpr double kKnownPart = 0.9;
-// The same of half of the points, up to which these may hold alone what all of them do.
-constexpr double kSharedMax = 0.8;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
@@ -43,21 +37,6 @@ constexpr double kNoSpin = 1e-9;
 
 btVector3 VelocityAt(const btSolverBody& body, const btVector3& place) {
   return body.m_linearVelocity + body.m_angularVelocity.cross(place - body.m_worldTransform.getOrigin());
-}
-
-// What contacts cannot move.
-bool IsGround(const Body* body) { return body == nullptr || body->motion_type != MotionType::kDynamic; }
-
-bool AreOnALine(std::span<const ContactPoint> points) {
-  // Of the length: more than rounding leaves of a line that a mesh cuts in pieces, and less than any box is wide.
-  constexpr double kOff = 1e-3;
-  if (points.size() <= 2) return true;
-  const auto from_first = [&](const ContactPoint& point) -> Vector3 { return point.position - points[0].position; };
-  const Vector3 along = from_first(*std::ranges::max_element(
-      points, {}, [&](const ContactPoint& point) { return from_first(point).squaredNorm(); }));
-  const double most = kOff * along.squaredNorm();
-  return std::ranges::all_of(
-      points, [&](const ContactPoint& point) { return from_first(point).cross(along).squaredNorm() <= most * most; });
 }
 
 // Visits 0..count-1, of many points one of each half in turns: rows that follow each other mostly share a body, and
@@ -140,9 +119,11 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 
 void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
   FindGoingOn(info.m_timeStep);
-  for (const AddedPair& added : pairs_) {
+  grips_.Find(pairs_, warm_scale_, is_direct_);
+  for (size_t number = 0; number < pairs_.size(); ++number) {
+    const AddedPair& added = pairs_[number];
     const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
-    const Grip grip = GripOf(added);
+    const Grip grip = grips_.Of(number);
     for (size_t i = 0; i < added.points.size(); ++i) {
       if (added.points[i].is_ahead) {
         added.impulses[i] = {};
@@ -197,26 +178,6 @@ btVector3 ContactSolver::SlipGoingOn(int a, int b, const btVector3& place) const
   return velocity(a) - velocity(b);
 }
 
-// How its points share a load is left to chance, so that they count together.
-ContactSolver::Grip ContactSolver::GripOf(const AddedPair& added) const {
-  Grip grip{.is_on_a_line = AreOnALine(added.points)};
-  Vector3 braked = Vector3::Zero();
-  double most[2] = {};
-  for (size_t i = 0; i < added.points.size(); ++i) {
-    braked += added.impulses[i].friction;
-    most[i % 2] += added.points[i].friction * added.impulses[i].normal;
-  }
-  const double held = braked.norm();
-  grip.is_on_ground = added.is_of_few && !grip.is_on_a_line && (IsGround(added.a) || IsGround(added.b));
-  grip.bears = held > (grip.is_on_ground ? kLoadedOnGround : kLoaded) * (most[0] + most[1]);
-  // Where one half presses in another place than the other, nothing may hold what turns. Few points need not save rows.
-  grip.may_share = held <= kSharedMax * 2 * std::min(most[0], most[1]) && !is_direct_ && !added.is_of_few;
-  grip.load = warm_scale_ * held;
-  grip.braked = warm_scale_ * ToBullet(braked);
-  grip.count = static_cast<double>(std::max<size_t>(added.points.size(), 1));
-  return grip;
-}
-
 void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip) {
   const ContactPair& pair = *added.pair;
   ContactPoint& point = added.points[number];
@@ -251,7 +212,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const bool bears = grip.bears && slip.length() <= kKnownPart * inverse_mass * grip.load;
   btVector3 along = slip;
   if (bears) {
-    along += ease / grip.count * grip.braked;
+    along += ease / grip.count * ToBullet(grip.braked);
   } else if (slides) {
     // In the middle of the step, which is of second order.
     along = sliding;
@@ -259,7 +220,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
     // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
     // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
     // the last step, and against what would still slip if it did the same again.
-    along = SlipGoingOn(id_a, id_b, place) - run + inverse_mass * grip.braked;
+    along = SlipGoingOn(id_a, id_b, place) - run + inverse_mass * ToBullet(grip.braked);
   }
   std::array<btVector3, 2> directions;
   FindTangents(push, along, directions[0], directions[1]);

@@ -9,6 +9,7 @@
 #include "contact_rows.h"
 #include "genphys/contact.h"
 #include "genphys/joint_row.h"
+#include "grips.h"
 #include "stirred.h"
 #include "warm_start.h"
 
@@ -85,14 +86,6 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     Body* b;
     JointRow* row;
   };
-  struct AddedPair {
-    Body* a;
-    Body* b;
-    const ContactPair* pair;
-    std::span<ContactPoint> points;
-    std::span<PointImpulse> impulses;
-    bool is_of_few;
-  };
   struct AddedPoint {
     ContactPoint* point;
     PointImpulse* impulse;
@@ -109,21 +102,10 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     double pressing;  // N*s, from which a solve starts
     double friction;  // Coulomb coefficient
   };
-  // What is known of a pair before its points are added.
-  struct Grip {
-    bool is_on_a_line = false;
-    bool is_on_ground = false;  // of few, beside each other, on what cannot be moved
-    btVector3 braked{0, 0, 0};  // N*s on b, by which friction starts, of all its points together
-    double load = 0;            // N*s, how much that is
-    double count = 1;           // of the points
-    bool bears = false;         // that is a load
-    bool may_share = false;     // each half of the points, taken in turns, could hold twice that alone
-  };
   // Fills in going_on_ for what is of few.
   void FindGoingOn(double step_size);
   // m/s, of a over b, of going_on_.
   btVector3 SlipGoingOn(int a, int b, const btVector3& place) const;
-  Grip GripOf(const AddedPair& added) const;
   void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip);
   // Of the last point.
   void AddFriction(const btVector3& direction, const Surface& surface);
@@ -158,6 +140,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<btCollisionObject*> bodies_;
   std::vector<AddedRow> rows_;
   std::vector<AddedPair> pairs_;
+  Grips grips_;  // of pairs_
   // By body of Bullet's pool, in place of what it would change there itself.
   std::vector<MotionChange> changes_;   // of velocities
   std::vector<MotionChange> going_on_;  // velocities, were all points to push and brake as in the last step
