@@ -20,6 +20,10 @@ constexpr double kTimedPart = 1e-5;
 constexpr int kManySolves = 8;
 constexpr double kLeastProgress = 1.0 / 16;
 
+// m: no deeper than this is what just comes to touch, and by so much it is looked ahead whether it goes on to overlap.
+constexpr double kJustTouching = 1e-6;
+constexpr double kLookAhead = 1e-5;
+
 // m: at which two are taken to collide that cover `way` (m) in a substep.
 double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
@@ -84,6 +88,19 @@ bool Impacts::WereApart(const ContactPair& pair, double time, double speed) cons
   const double most = 2 * DepthOfImpact(speed * step_size_);
   const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
   return std::ranges::all_of(points, [&](const MeetingPoint& point) { return point.depth <= most; });
+}
+
+// Two that are level touch at an edge when one comes to the other, and the normal there is that of neither's face.
+bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const {
+  const double closing = -point.relative_velocity.dot(point.normal);
+  if (!(std::abs(point.depth) < kJustTouching && closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) {
+    return false;
+  }
+  const double ahead = -kLookAhead / closing;
+  Manifold manifold;
+  FindMeeting(pair, ahead, ahead, 0, manifold);
+  const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+  return std::ranges::all_of(points, [](const MeetingPoint& p) { return p.depth < kLookAhead / 4; });
 }
 
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {

@@ -168,7 +168,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   for (const ContactPoint& point : points) {
     if (point.depth < kDepthMin) continue;
     const double closing = -point.relative_velocity.dot(point.normal);
-    if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) continue;
+    if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal)) || OnlySlidesOnto(pair, point)) continue;
     bool is_fresh = goes_back && point.depth > 0;
     if (is_fresh && point.depth > kFreshDepth * closing * since) {
       if (!were_apart) were_apart = WereApart(pair, since, point.relative_velocity.norm());

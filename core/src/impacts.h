@@ -125,6 +125,10 @@ class Impacts {
   /// again.
   std::vector<EntityRow> WaitingSwept() const;
 
+  /// Whether the two do not collide at a point that closes: a moment later they overlap no more than now, for what is
+  /// level lets what slides onto it pass.
+  bool OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const;
+
   /// What all impacts so far passed on, in canonical order within each Solve().
   const ContactBuffer& impulses() const { return impulses_; }
 

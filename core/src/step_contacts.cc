@@ -45,6 +45,7 @@ void StepRun::PrepareContacts(double h) {
   ContactBuffer& contacts = world_.contacts_;
   const ImpactWorld surroundings = Surroundings();
   const ImpactSpeed impact_speed(surroundings, h);
+  const Impacts impacts(surroundings, h, false);
   for (const Mover& mover : movers_) {
     scratch_.flew.Set(mover.row, world_.layer_.half_steps[Index(mover.row)].in_flight);
   }
@@ -60,6 +61,7 @@ void StepRun::PrepareContacts(double h) {
       point.is_ahead = is_solved_apart && point.depth < 0 &&
                        (point.depth < -kReleaseGap ||
                         std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
+      point.is_ahead |= impacts.OnlySlidesOnto(pair, point);
     }
   }
 }

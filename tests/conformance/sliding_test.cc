@@ -110,6 +110,33 @@ TEST_P(Sliding, OnSeveralShapesBeginsWhereThatOfOneDoes) {
   }
 }
 
+// Where a substep ends with a rim just at the edge of the next tile, nothing tells but what comes after it that this is
+// no wall.
+TEST_P(Sliding, OntoWhatIsLevelGoesOn) {
+  Proves({Claim::kBox, Claim::kCylinder, Claim::kCone});
+  constexpr double kSpeed = 2, kRim = 0.3;
+  for (const Shape& shape : {Shape(Box{{kRim, kRim, 0.1}}), Shape(Cylinder{kRim, 0.1}), Shape(Cone{kRim, 0.1})}) {
+    for (int substeps = 0; substeps <= 6; ++substeps) {
+      for (const double beside : {0.0, 1e-9, -1e-9, 1e-7, -1e-7, 3e-7}) {
+        WorldDesc desc{.engine = GetParam(), .stepper = {.step_size = 1.0 / 60}, .ground_plane = false};
+        desc.default_material.friction = 0;
+        desc.default_auto_disable.enabled = false;
+        const auto world = testing::MakeWorld(desc);
+        Require(*world, Feature::kContacts);
+        for (const double x : {-1.0, 1.0}) Add(*world, Block({x, 0, -0.5}, {1, 3, 0.5}));
+        const double before = substeps * kSpeed * SubstepOf(*world) - beside;
+        EntityDesc body = Body(shape, {-kRim - before, 0.1, 0.1});
+        body.rigid_body->linear_velocity = {kSpeed, 0, 0};
+        const EntityId id = Add(*world, body);
+        Steps(*world, 20);
+        EXPECT_LT((VelocityOf(*world, id) - Vector3(kSpeed, 0, 0)).norm(), 1e-4)
+            << "shape " << shape.index() << ", " << substeps << " substeps before, beside by " << beside;
+        EXPECT_LT(std::abs(PositionOf(*world, id).z() - 0.1), 1e-5);
+      }
+    }
+  }
+}
+
 // Three balls at the corners of a triangle make one body, whose centre of mass lies on the floor: each bears a third.
 constexpr double kArm = 0.4, kBallRadius = 0.1;
 constexpr double kThird = 2.0943951023931953;  // of a turn, rad
