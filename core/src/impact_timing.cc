@@ -20,7 +20,7 @@ constexpr double kTimedPart = 1e-5;
 constexpr int kManySolves = 8;
 constexpr double kLeastProgress = 1.0 / 16;
 
-// m: no deeper than this is what just comes to touch, and by so much it is looked ahead whether it goes on to overlap.
+// m: no deeper than this is what just comes to touch, and when it had overlapped by so much it is looked at once more.
 constexpr double kJustTouching = 1e-6;
 constexpr double kLookAhead = 1e-5;
 
@@ -93,12 +93,13 @@ bool Impacts::WereApart(const ContactPair& pair, double time, double speed) cons
 // Two that are level touch at an edge when one comes to the other, and the normal there is that of neither's face.
 bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const {
   const double closing = -point.relative_velocity.dot(point.normal);
-  if (!(std::abs(point.depth) < kJustTouching && closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) {
-    return false;
-  }
-  const double ahead = -kLookAhead / closing;
+  if (!(point.depth < kJustTouching && closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) return false;
+  const Placement a = Placed(pair.geometry_a, MotionOf(pair.entity_a), 0);
+  Placement b = Placed(pair.geometry_b, MotionOf(pair.entity_b), 0);
+  // As they go now: what pulls them to the ground makes them no deeper there.
+  b.position += (std::max(-point.depth, 0.0) + kLookAhead) / closing * point.relative_velocity;
   Manifold manifold;
-  FindMeeting(pair, ahead, ahead, 0, manifold);
+  FindContacts(GeometryAt(pair.geometry_a).shape, a, GeometryAt(pair.geometry_b).shape, b, 0, manifold);
   const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
   return std::ranges::all_of(points, [](const MeetingPoint& p) { return p.depth < kLookAhead / 4; });
 }

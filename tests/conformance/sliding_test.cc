@@ -110,14 +110,14 @@ TEST_P(Sliding, OnSeveralShapesBeginsWhereThatOfOneDoes) {
   }
 }
 
-// Where a substep ends with a rim just at the edge of the next tile, nothing tells but what comes after it that this is
-// no wall.
+// Where a substep ends with a rim at the edge of the next tile, or next to it, nothing tells but what comes after that
+// that this is no wall.
 TEST_P(Sliding, OntoWhatIsLevelGoesOn) {
   Proves({Claim::kBox, Claim::kCylinder, Claim::kCone});
   constexpr double kSpeed = 2, kRim = 0.3;
   for (const Shape& shape : {Shape(Box{{kRim, kRim, 0.1}}), Shape(Cylinder{kRim, 0.1}), Shape(Cone{kRim, 0.1})}) {
     for (int substeps = 0; substeps <= 6; ++substeps) {
-      for (const double beside : {0.0, 1e-9, -1e-9, 1e-7, -1e-7, 3e-7}) {
+      for (const double beside : {0.0, 1e-9, -1e-9, 1e-7, -1e-7, 3e-7, -1e-5, -1e-4, -5e-4, -1.5e-3}) {
         WorldDesc desc{.engine = GetParam(), .stepper = {.step_size = 1.0 / 60}, .ground_plane = false};
         desc.default_material.friction = 0;
         desc.default_auto_disable.enabled = false;
