@@ -61,7 +61,7 @@ void StepRun::PrepareContacts(double h) {
       point.is_ahead = is_solved_apart && point.depth < 0 &&
                        (point.depth < -kReleaseGap ||
                         std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
-      point.is_ahead |= impacts.OnlySlidesOnto(pair, point);
+      point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);
     }
   }
 }
