@@ -39,10 +39,14 @@ uint32_t JointStep::BodyOf(const EntityRef& entity) {
   return place;
 }
 
-ErrorCorrection JointStep::CorrectionOf(const EntityRef& entity) const {
-  if (entity.is_world()) return {};
-  const auto& body = scene_.entities[entity.id.index()]->desc->rigid_body;
-  return body ? body->error_correction : ErrorCorrection{};
+ErrorCorrection JointStep::CorrectionOf(const JointDesc& desc) const {
+  ErrorCorrection correction;
+  for (const EntityRow side : {RowOf(desc.entity_a), RowOf(desc.entity_b)}) {
+    if (side == kWorldRow) continue;
+    const SceneEntity& entity = *scene_.entities[Index(side)];
+    if (entity.traits.corrects) correction = Gentler(correction, entity.desc->rigid_body->error_correction);
+  }
+  return correction;
 }
 
 // What left the bounds of the world is held no longer, and holds nothing.
@@ -70,18 +74,22 @@ void JointStep::Hold(EntityRow row) {
     if (is_held_[slot]) continue;
     is_held_[slot] = true;
     const JointDesc& desc = scene_.joints[slot]->desc;
-    Held& held = held_.emplace_back();
-    held.slot = slot;
+    Held& held = held_.emplace_back(slot);
     held.a = BodyOf(desc.entity_a);
     held.b = BodyOf(desc.entity_b);
     held.before = layer_.joints[slot];
-    held.correction = Gentler(CorrectionOf(desc.entity_a), CorrectionOf(desc.entity_b));
+    held.correction = CorrectionOf(desc);
     held.last_force = layer_.joints[slot].force;
     if (!MayHold(desc)) continue;
     for (const EntityRow side : {RowOf(desc.entity_a), RowOf(desc.entity_b)}) {
       if (side != kWorldRow) jointed_->Mark(side);
     }
   }
+}
+
+bool JointStep::HoldSleeper() const {
+  return std::ranges::any_of(bodies().subspan(1),
+                             [&](const JointBody& body) { return state_.asleep[Index(body.row)]; });
 }
 
 const JointBody* JointStep::Find(EntityRow row) const {
@@ -186,8 +194,9 @@ void JointStep::Push(JointBody& body, double h) {
 
 double JointStep::TrustInTurns(const Held& held, double h) const {
   constexpr double kWidest = 1.4, kWide = 0.7;  // rad
-  const double spin = std::max(bodies_[held.a].angular_expected.norm(), bodies_[held.b].angular_expected.norm());
-  return Fade(spin * h, kWide, kWidest);
+  const double square =
+      std::max(bodies_[held.a].angular_expected.squaredNorm(), bodies_[held.b].angular_expected.squaredNorm());
+  return Fade(std::sqrt(square) * h, kWide, kWidest);
 }
 
 // Where joints pull a body to and fro within the substep, what is foretold by the last one would only drive it.

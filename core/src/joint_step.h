@@ -39,6 +39,9 @@ class JointStep {
   /// Adds the joints of an entity that moves, between substeps. Those of which nobody moves cost nothing.
   void Hold(EntityRow row);
 
+  /// Whether any entity that these joints hold sleeps.
+  bool HoldSleeper() const;
+
   /// Begins a substep of `h` seconds, before forces act: poses and velocities are those at its start, and tensors are
   /// set.
   void Begin(double h);
@@ -136,7 +139,9 @@ class JointStep {
 
  private:
   struct Held {
-    uint32_t slot = 0;
+    explicit Held(uint32_t joint) : slot(joint) {}
+
+    uint32_t slot;
     uint32_t a = 0;  // in bodies_
     uint32_t b = 0;
     JointState before;  // the step
@@ -158,9 +163,10 @@ class JointStep {
   };
 
   std::span<JointBody> bodies() { return std::span(bodies_).first(body_count_); }
+  std::span<const JointBody> bodies() const { return std::span(bodies_).first(body_count_); }
   void SortHeld();
   uint32_t BodyOf(const EntityRef& entity);
-  ErrorCorrection CorrectionOf(const EntityRef& entity) const;
+  ErrorCorrection CorrectionOf(const JointDesc& desc) const;
   bool MayHold(const JointDesc& desc) const;
   void Load(JointBody& body, double h) const;
   void Stiffen(double h);

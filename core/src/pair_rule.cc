@@ -54,15 +54,15 @@ GeometryRows PairRule::Add(EntityRow entity, EntityId id, const RigidBody& body)
     free_.pop_back();
     infos_[Index(row)] = {
         .entity = entity,
-        .entity_id = id,
         .geometry_id = geometry.id,
-        .material = geometry.material,
+        .entity_id = id,
         .category_bits = geometry.category_bits,
         .collides_with_bits = geometry.collides_with_bits,
         .space = SpaceRoot(geometry.collision_space),
         .is_sensor = geometry.is_sensor,
         .is_static = body.motion_type == MotionType::kStatic,
         .is_dynamic = body.motion_type == MotionType::kDynamic,
+        .material = geometry.material,
         .surface_velocity = geometry.pose_in_entity.orientation * geometry.surface_velocity,
         .correction = body.error_correction,
     };

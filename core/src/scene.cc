@@ -15,6 +15,7 @@ BodyTraits TraitsOf(const EntityDesc& desc) {
           .is_free = !body.linear_speed_max && !body.angular_speed_max && !body.locked_axes.any(),
           .is_locked = body.locked_axes.any(),
           .may_sleep = *policy.enabled,
+          .corrects = body.error_correction.any(),
           .gravity_scale = body.gravity_scale,
           .linear_damping = body.linear_damping,
           .angular_damping = body.angular_damping,

@@ -155,7 +155,7 @@ std::vector<FlownWay> StepRun::FlownWays(double h) const {
     way.torque = 2 / h * (half.steady_twist + half.held_momentum);
   }
   for (const EntityRow row : kinematic_rows_) ways.push_back({row, LedFrom(row, h), h});
-  std::ranges::sort(ways, {}, &FlownWay::row);
+  if (!std::ranges::is_sorted(ways, {}, &FlownWay::row)) std::ranges::sort(ways, {}, &FlownWay::row);
   return ways;
 }
 

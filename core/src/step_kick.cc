@@ -33,7 +33,9 @@ Vector3 Limited(const Vector3& velocity, double speed_max) {
   return speed > speed_max ? Vector3(velocity * (speed_max / speed)) : velocity;
 }
 
-bool IsSame(const Vector3& a, const Vector3& b) { return (a - b).norm() <= kSameForce * std::max(a.norm(), b.norm()); }
+bool IsSame(const Vector3& a, const Vector3& b) {
+  return (a - b).squaredNorm() <= kSameForce * kSameForce * std::max(a.squaredNorm(), b.squaredNorm());
+}
 
 bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
   const double size = rate.norm();

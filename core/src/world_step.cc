@@ -261,7 +261,7 @@ bool StepRun::WillTouch(const ContactPair& pair) const {
 
 // Whoever sleeps on a joint to what now moves by itself.
 void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
-  if (world_.joint_count_ == 0) return;
+  if (world_.roused_.empty() && !joints_.HoldSleeper()) return;
   for (const std::span<const EntityRow> rows :
        {std::span<const EntityRow>(rows_), {kinematic_rows_}, {world_.roused_}}) {
     for (const EntityRow row : rows) {
@@ -352,7 +352,11 @@ void StepRun::MoveKinematic(double h) {
 bool StepRun::Fits(EntityRow entity) const {
   const uint32_t row = Index(entity);
   // Comparisons that are false for NaN as well; a unit quaternion has no element beyond one.
-  const auto within = [](const auto& column, double bound) { return (column.array().abs() <= bound).all(); };
+  const auto within = [](const auto& column, double bound) {
+    bool is_within = true;
+    for (const double element : column) is_within &= std::abs(element) <= bound;
+    return is_within;
+  };
   return within(state_.positions.col(row), Limits::kPositionMax) && within(state_.orientations.col(row), 1.5) &&
          within(state_.linear_velocities.col(row), Limits::kSpeedMax) &&
          within(state_.angular_velocities.col(row), Limits::kSpinMax);

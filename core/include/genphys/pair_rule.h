@@ -2,7 +2,6 @@
 #include <absl/container/inlined_vector.h>
 
 #include <cstdint>
-#include <map>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -25,15 +24,15 @@ class PairRule final {
   /// What the rule must know of one geometry.
   struct GeometryInfo {
     EntityRow entity{};
-    EntityId entity_id;        // null: a hole
     uint32_t geometry_id = 0;  // unique in its entity
-    Material material;         // filled
+    EntityId entity_id;        // null: a hole
     uint64_t category_bits = 0;
     uint64_t collides_with_bits = 0;
     uint32_t space = 0;  // root of its collision space; zero: none
     bool is_sensor = false;
     bool is_static = false;                      // of a static entity
     bool is_dynamic = false;                     // of a dynamic entity
+    Material material;                           // filled
     Vector3 surface_velocity = Vector3::Zero();  // m/s, in the frame of the entity
     ErrorCorrection correction;                  // filled
   };
@@ -76,7 +75,13 @@ class PairRule final {
   size_t running_surfaces_ = 0;
   std::vector<GeometryRow> free_;
   std::unordered_map<std::string, uint32_t> space_roots_;
-  std::map<std::pair<EntityId, EntityId>, uint32_t> disregarded_;  // how often
+  struct HashOfTwo {
+    size_t operator()(const std::pair<EntityId, EntityId>& two) const {
+      // Near ids differ in their lowest bits alone; an odd factor of full length brings those of one to the top.
+      return two.first.packed() * 0x9e3779b97f4a7c15 + two.second.packed();
+    }
+  };
+  std::unordered_map<std::pair<EntityId, EntityId>, uint32_t, HashOfTwo> disregarded_;  // how often
 };
 
 }  // namespace genphys

@@ -38,6 +38,7 @@ struct BodyTraits {
   bool is_free = false;    // neither a limit of speed nor a locked axis
   bool is_locked = false;  // along or about some axis
   bool may_sleep = false;
+  bool corrects = false;  // errors in a way of its own
   double gravity_scale = 1;
   double linear_damping = 0;     // 1/s
   double angular_damping = 0;    // 1/s

@@ -127,13 +127,9 @@ void RowWriter::Soften(JointRow& row) {
 }
 
 JointRow& RowWriter::AddRow(JointRow::Kind kind, const Vector3& axis) {
-  JointRow& row = rows_->emplace_back();
-  row.a = a_.body->row;
-  row.b = b_.body->row;
-  row.kind = kind;
-  row.axis = axis;
-  row.point = b_.frame.position;
-  return row;
+  // Made in place it would be cleared first.
+  rows_->push_back({.a = a_.body->row, .b = b_.body->row, .kind = kind, .axis = axis, .point = b_.frame.position});
+  return rows_->back();
 }
 
 JointRow& RowWriter::Add(const Coordinate& coordinate) {
