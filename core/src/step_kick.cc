@@ -29,8 +29,9 @@ constexpr double kNoPush = 1e-6;
 constexpr double kBalanced = 1e-3;
 
 Vector3 Limited(const Vector3& velocity, double speed_max) {
-  const double speed = velocity.norm();
-  return speed > speed_max ? Vector3(velocity * (speed_max / speed)) : velocity;
+  // Most have no limit at all, and need no root.
+  if (!(velocity.squaredNorm() > speed_max * speed_max)) return velocity;
+  return velocity * (speed_max / velocity.norm());
 }
 
 bool IsSame(const Vector3& a, const Vector3& b) {
@@ -38,9 +39,10 @@ bool IsSame(const Vector3& a, const Vector3& b) {
 }
 
 bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
-  const double size = rate.norm();
-  return size > kBlowSize * outside.norm() &&
-         (rate - half.held_rate).norm() > kBlowChange * std::max(size, half.held_rate.norm());
+  const double square = rate.squaredNorm();
+  return square > kBlowSize * kBlowSize * outside.squaredNorm() &&
+         (rate - half.held_rate).squaredNorm() >
+             kBlowChange * kBlowChange * std::max(square, half.held_rate.squaredNorm());
 }
 
 }  // namespace
@@ -195,14 +197,15 @@ void StepRun::KickMover(Mover& mover, double h) {
   state_.linear_velocities.col(row) = mover.linear_given;
 
   Vector3 spin = mover.turned.inverse * mover.momentum;
-  if (spin.norm() > traits.angular_speed_max) {
+  if (spin.squaredNorm() > traits.angular_speed_max * traits.angular_speed_max) {
     spin = Limited(spin, traits.angular_speed_max);
     mover.momentum = mover.turned.tensor * spin;
   }
   if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), mover.momentum);
   // Whom joints hold while it turns so far does not go as a free body would.
-  const bool is_wide = scratch_.jointed[mover.row] && spin.norm() * h > kResolvedTurn;
-  const bool uniform = mass.spherical || is_wide || !(spin.norm() <= Limits::kSpinMax);
+  const double spin_square = spin.squaredNorm();
+  const bool is_wide = scratch_.jointed[mover.row] && spin_square * (h * h) > kResolvedTurn * kResolvedTurn;
+  const bool uniform = mass.spherical || is_wide || !(spin_square <= Limits::kSpinMax * Limits::kSpinMax);
   const Quaternion orientation = state_.pose(mover.row).orientation;
   mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
@@ -229,7 +232,10 @@ bool StepRun::IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) co
   const SceneEntity& entity = *world_.scene_.entities[Index(mover.row)];
   if (!entity.traits.is_locked || scratch_.jointed[mover.row]) return false;
   DropLocked(entity.desc->rigid_body->locked_axes, gained, turned);
-  return gained.norm() <= kRounding * mover.linear_given.norm() && turned.norm() <= kRounding * mover.momentum.norm();
+  const auto is_rounding = [](const Vector3& change, const Vector3& whole) {
+    return change.squaredNorm() <= kRounding * kRounding * whole.squaredNorm();
+  };
+  return is_rounding(gained, mover.linear_given) && is_rounding(turned, mover.momentum);
 }
 
 // What the engine made of the velocities that it was given, and the true ones at the boundary, which are shown.

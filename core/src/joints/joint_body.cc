@@ -20,8 +20,8 @@ void JointBody::Foretell(double time, const Vector3& spin) {
 JointSide JointSide::Now(const JointBody& body, const Pose& frame) {
   JointSide side;
   side.body = &body;
-  side.frame = {body.pose.position + body.axes * frame.position,
-                (body.pose.orientation * frame.orientation).normalized()};
+  // Of unit quaternions the product is one within rounding.
+  side.frame = {body.pose.position + body.axes * frame.position, body.pose.orientation * frame.orientation};
   return side;
 }
 
@@ -29,7 +29,7 @@ JointSide JointSide::Ahead() const {
   JointSide ahead;
   ahead.body = body;
   ahead.frame = {body->center_ahead + body->turn_ahead * (frame.position - body->center),
-                 (body->turn_ahead * frame.orientation).normalized()};
+                 body->turn_ahead * frame.orientation};
   return ahead;
 }
 
