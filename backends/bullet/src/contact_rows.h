@@ -28,6 +28,9 @@ struct MotionChange {
 
 /// A row between two bodies.
 struct SolverRow {
+  // Written out, or all of it would be cleared before its members are.
+  SolverRow() {}
+
   Eigen::Vector4d push = Eigen::Vector4d::Zero();    // of the Jacobian, on a; on b against it
   Eigen::Vector4d turn_a = Eigen::Vector4d::Zero();  // of the Jacobian, m
   Eigen::Vector4d turn_b = Eigen::Vector4d::Zero();
