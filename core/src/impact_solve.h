@@ -24,12 +24,16 @@ struct StruckBody {
   }
 };
 
+/// Which of the two at a blow the other one bears, together with all that bears that.
+enum class Borne : uint8_t { kUnknown, kA, kB };
+
 /// A point where two bodies collide.
 struct Blow {
   uint32_t body_a = 0;  // index of the bodies
   uint32_t body_b = 0;
   Vector3 position = Vector3::Zero();  // m, world
   Vector3 normal = Vector3::UnitZ();   // unit length, from a to b
+  Borne borne = Borne::kUnknown;       // if known, no blow on who is borne comes later that bears somebody
   double friction = 0;
   double separation_speed = 0;        // m/s along the normal that is to be reached
   double impulse = 0;                 // N*s on b along the normal: the result
@@ -41,7 +45,7 @@ Vector3 RelativeVelocity(const Blow& blow, std::span<const StruckBody> bodies);
 
 /// Finds the impulses with which the bodies separate as the blows ask (Newton's law of restitution), each within
 /// Coulomb's disc, by projected Gauss-Seidel, and applies them. What a blow has as impulses already stays part of them.
-/// Whoever is tied to a body that is hit moves with it.
+/// Whoever is tied to a body that is hit moves with it. Where blows say who is borne, none of them has impulses.
 void SolveBlows(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties);
 
 /// The same of blows without impulses, which separate more slowly than they ask where those that hit each other would

@@ -6,12 +6,6 @@
 #include "impacts.h"
 
 namespace genphys {
-namespace {
-
-enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
-
-}  // namespace
-
 // Finds out who is pressed against something. Who bears others or is borne by them would have to take all of them
 // along.
 void Impacts::FindStances(const ContactBuffer& contacts) {
@@ -28,6 +22,7 @@ void Impacts::FindStances(const ContactBuffer& contacts) {
   };
   if (std::ranges::none_of(candidates_, wakes_one)) return;
   // No solve knows yet on what those lie that were woken just now.
+  knows_bearings_ = false;
   const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
   for (const ContactPair& pair : contacts.pairs) {
     if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
@@ -43,7 +38,7 @@ bool Impacts::IsWoken(EntityRow row) const {
 
 void Impacts::NoteStance(const ContactPair& pair) {
   const bool is_movable_a = IsMovable(pair.entity_a), is_movable_b = IsMovable(pair.entity_b);
-  const Stance stance = is_movable_a && is_movable_b ? kAmongOthers : kOnGround;
+  const uint8_t stance = is_movable_a && is_movable_b ? kAmongOthers : kOnGround;
   if (is_movable_a) world_.stances[pair.entity_a] |= stance;
   if (is_movable_b) world_.stances[pair.entity_b] |= stance;
 }
@@ -59,6 +54,11 @@ bool Impacts::StandsOnGround(EntityRow row) const {
 // Adds on what those stand that are struck.
 void Impacts::AddSupports(const ContactBuffer& contacts) {
   supports_.clear();
+  AddGround(contacts);
+  AddBearers(contacts);
+}
+
+void Impacts::AddGround(const ContactBuffer& contacts) {
   const auto stands = [&](const Struck& struck) { return StandsOnGround(struck.row); };
   if (std::ranges::none_of(struck_, stands)) return;
   for (const ContactPair& pair : contacts.pairs) {

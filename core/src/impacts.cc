@@ -260,7 +260,8 @@ void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const
   blows_.push_back({.body_a = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_a]),
                     .body_b = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_b]),
                     .position = position,
-                    .normal = normal});
+                    .normal = normal,
+                    .borne = candidate.borne});
   blow_pairs_.push_back(&candidate);
 }
 
@@ -316,6 +317,8 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     const ContactPair& pair = blow_pairs_[i]->pair;
     const double leaving = RelativeVelocity(blows_[i], bodies_).dot(blows_[i].normal);
     if (leaving > speed_.Of(pair.entity_a, pair.entity_b, blows_[i].normal)) continue;
+    // Nothing pulls at those to which it was passed on.
+    if (blow_pairs_[i]->borne != Borne::kUnknown && blow_pairs_[i]->time == 0) continue;
     Blow support = blows_[i];
     support.impulse = support.separation_speed = 0;
     support.rubbing.setZero();

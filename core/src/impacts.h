@@ -59,6 +59,7 @@ struct ImpactWorld {
   RowValues<double>& earliest;
   RowValues<double>& free_since;  // s before the end
   RowValues<uint8_t>& stances;    // of who is pressed against something
+  RowValues<int>& passed_index;   // -1: none
 };
 
 /// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
@@ -100,8 +101,9 @@ struct SweptPair {
 /// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
 /// laws of Newton and Coulomb, and run forward again. What stands on the ground goes back along its way, too, and the
 /// ground takes part in the blow. What lies among others that move goes back when it meets something new that is held
-/// as well, as if it were held all the time; of that on which something lands the velocities alone change. Joints pass
-/// a blow on to all that they hold, and all that go back together and forward again as joints let them.
+/// as well, as if it were held all the time; of that on which something lands the velocities alone change, and of those
+/// that bear it, down to the ground, to which it passes a blow on that throws back who lands. Joints pass a blow on to
+/// all that they hold, and all that go back together and forward again as joints let them.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
@@ -141,6 +143,21 @@ class Impacts {
     bool is_deep = false;     // it is no more touching by then
     bool were_apart = false;  // it is known that they were, since the last impact of either
     bool is_held = false;     // both are, or cannot be moved
+    Borne borne = Borne::kUnknown;
+  };
+  // Who was pressed against whom that bears it, or that nothing can move.
+  struct Bearing {
+    EntityRow borne{};
+    EntityRow bearer{};
+    ContactPair pair;
+  };
+  // From one that is hit to all that bear it.
+  struct Descent {
+    Candidate* candidate = nullptr;
+    EntityRow hit{};
+    bool is_whole = true;
+    std::vector<EntityRow> passed{};  // that are in no earlier one, each after those that bear it
+    std::vector<int> shares_with{};   // earlier ones
   };
   struct Struck {
     EntityRow row{};
@@ -171,6 +188,9 @@ class Impacts {
     Vector3 acceleration = Vector3::Zero();  // of it since the blow, m/s^2
     Vector3 torque = Vector3::Zero();        // the same, N*m
   };
+
+  // Against what somebody is pressed.
+  enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
 
   // Of impacts in time: how far from touching (m, and of the way of a substep) the other corners of what lands flat may
   // be.
@@ -211,7 +231,16 @@ class Impacts {
   bool IsMovable(EntityRow row) const;
   bool StandsOnGround(EntityRow row) const;
   void AddSupports(const ContactBuffer& contacts);
+  void AddGround(const ContactBuffer& contacts);
   void AddSupportBlows();
+  // What bears them that lie among others (impact_passing.cc).
+  void FindBearings(const ContactBuffer& contacts);
+  void NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed);
+  std::span<const uint32_t> BearingsOf(EntityRow row) const;
+  bool IsPassedOn(const Candidate& candidate, EntityRow row) const;
+  bool FollowDown(EntityRow row, int number, Descent& descent);
+  void AddBearers(const ContactBuffer& contacts);
+  void AddBearers(const Descent& descent);
   Vector3 CourseOf(EntityRow row) const;
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
@@ -250,6 +279,9 @@ class Impacts {
   std::vector<Group> groups_;         // of the candidates
   std::vector<Candidate> supports_;   // on what those stand that are struck
   bool knows_stances_ = false;
+  std::vector<Bearing> bearings_;
+  std::vector<uint32_t> bearing_order_;  // of bearings_, by row of who is borne
+  bool knows_bearings_ = false;
   int solves_ = 0;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_

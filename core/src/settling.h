@@ -86,6 +86,8 @@ class Settling {
       : Settling(blow, blow.normal.unitOrthogonal(), bodies, ties, passed) {}
 
   const Blow& blow() const { return *blow_; }
+  /// N*s, along the normal and across it.
+  const Vector3& impulse() const { return impulse_; }
   /// One of its bodies is, to others.
   bool is_tied() const { return is_tied_; }
 

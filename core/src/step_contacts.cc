@@ -104,7 +104,8 @@ ImpactWorld StepRun::Surroundings() {
           .swept_index = scratch_.swept_index,
           .earliest = scratch_.earliest,
           .free_since = scratch_.free_since,
-          .stances = scratch_.stances};
+          .stances = scratch_.stances,
+          .passed_index = scratch_.passed_index};
 }
 
 // Where a kinematic entity was `time` seconds ago.

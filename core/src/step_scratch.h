@@ -24,6 +24,7 @@ struct StepScratch {
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
   RowValues<int> struck_index{-1};                    // of impacts
   RowValues<int> group_of{-1};                        // of what joints hold together and impacts hit
+  RowValues<int> passed_index{-1};                    // of impacts that are passed on
   RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<int> places{-1};                          // among those that may fall asleep
   RowValues<double> earliest{0};                      // of impacts, s before the end
@@ -48,8 +49,8 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          group_of, swept_index, places, earliest, free_since, stances, flew, jolted, reached, jointed, linked, held,
-          changed, moved, tested, flies, steered, strays, pushed);
+          group_of, swept_index, places, earliest, free_since, stances, passed_index, flew, jolted, reached, jointed,
+          linked, held, changed, moved, tested, flies, steered, strays, pushed);
   }
 };
 

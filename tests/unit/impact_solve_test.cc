@@ -149,5 +149,51 @@ TEST(SolveBlows, EndsAtTheLawsHoweverUnevenTheMassesAre) { EXPECT_GE(SolvedOf(30
 
 TEST(SolveBlows, EndsAtTheLawsWhereSeveralHitOneBody) { EXPECT_GE(SolvedOf(300, 0.1, 8), 297); }
 
+// A column of `count` bodies with a body on it that falls, each touching the next at a point, on the immovable body 0.
+struct Column {
+  Column(uint32_t count, double mass) : bodies(count + 2) {
+    for (uint32_t i = 1; i < bodies.size(); ++i) {
+      bodies[i] = Moving(Vector3::Constant(0.1), Vector3::Zero(), Vector3::Zero());
+      bodies[i].center.z() = i;
+    }
+    bodies.back().linear_velocity.z() = -1;
+    bodies.back().inverse_mass = 1 / mass;
+    for (uint32_t i = count + 1; i > 0; --i) {
+      blows.push_back({.body_a = i - 1, .body_b = i, .position = {0, 0, i - 0.5}, .friction = 0.5});
+    }
+    blows.front().separation_speed = kRestitution;
+  }
+  std::vector<StruckBody> bodies;
+  std::vector<Blow> blows;
+};
+
+TEST(Restitute, HandsABlowDownToTheGroundHoweverManyBearIt) {
+  for (const double mass : {0.1, 1.0, 100.0}) {
+    Column column(60, mass);
+    for (Blow& blow : column.blows) blow.borne = Borne::kB;
+    Ties free;
+    Restitute(column.blows, column.bodies, free);
+    EXPECT_NEAR(column.bodies.back().linear_velocity.z(), kRestitution, 1e-12);
+    for (size_t i = 1; i + 1 < column.bodies.size(); ++i) {
+      EXPECT_NEAR(column.bodies[i].linear_velocity.z(), 0, 1e-12);
+    }
+    EXPECT_NEAR(column.blows.back().impulse, mass * (1 + kRestitution), 1e-10 * mass);
+  }
+}
+
+TEST(Restitute, FindsTheSameWhereThoseGiveWayThatAreSaidToBear) {
+  for (const double mass : {0.1, 1.0, 10.0}) {
+    Column known(3, mass), unknown(3, mass);
+    for (Column* column : {&known, &unknown}) column->blows.pop_back();  // nothing bears the lowest one
+    for (Blow& blow : known.blows) blow.borne = Borne::kB;
+    Ties free;
+    Restitute(known.blows, known.bodies, free);
+    Restitute(unknown.blows, unknown.bodies, free);
+    for (size_t i = 0; i < known.bodies.size(); ++i) {
+      EXPECT_NEAR(known.bodies[i].linear_velocity.z(), unknown.bodies[i].linear_velocity.z(), 1e-9);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys
