@@ -35,7 +35,7 @@ void Grips::Find(std::span<const AddedPair> pairs, double warm_scale, bool all_a
   groups_.clear();
   members_.clear();
   grips_.clear();
-  group_of_.clear();
+  ForgetGroups();
   for (const AddedPair& pair : pairs) Add(pair);
   for (const Group& group : groups_) {
     const AddedPair& any = pairs[group.first];
@@ -50,6 +50,16 @@ void Grips::Find(std::span<const AddedPair> pairs, double warm_scale, bool all_a
     grip.load = warm_scale * held;
     grip.braked = warm_scale * group.braked;
     grip.count = static_cast<double>(std::max<size_t>(group.count, 1));
+  }
+}
+
+// A table is cleared place by place, and a step of few must not pay for how many were awake before.
+void Grips::ForgetGroups() {
+  constexpr size_t kPlacesPerPair = 16;
+  if (group_of_.bucket_count() > kPlacesPerPair * (group_of_.size() + 1)) {
+    group_of_ = {};
+  } else {
+    group_of_.clear();
   }
 }
 

@@ -68,6 +68,7 @@ class Grips {
   };
   static constexpr size_t kNone = ~size_t{0};
 
+  void ForgetGroups();
   size_t GroupOf(const AddedPair& pair, const Sides& sides, const Vector3& normal);
   void Add(const AddedPair& pair);
   bool IsOnALine(std::span<const AddedPair> pairs, const Group& group);
