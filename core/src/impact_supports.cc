@@ -31,10 +31,7 @@ void Impacts::FindStances(const ContactBuffer& contacts) {
   }
 }
 
-bool Impacts::IsWoken(EntityRow row) const {
-  const HalfStep& half = world_.layer.half_steps[Index(row)];
-  return !half.has_past && !half.in_flight;
-}
+bool Impacts::IsWoken(EntityRow row) const { return world_.layer.half_steps[Index(row)].is_woken; }
 
 void Impacts::NoteStance(const ContactPair& pair) {
   const bool is_movable_a = IsMovable(pair.entity_a), is_movable_b = IsMovable(pair.entity_b);

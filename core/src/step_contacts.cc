@@ -127,8 +127,7 @@ bool StepRun::WakeSwept(std::span<const SweptPair> swept) {
   }
   if (!is_any) return false;
   world_.WakeStirred();
-  const std::vector<EntityRow> woken = world_.roused_;
-  CollideAndWake(&woken);
+  CollideWoken();
   return true;
 }
 

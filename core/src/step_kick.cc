@@ -279,6 +279,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.has_past = true;
   half.restarts = false;
   half.is_struck = false;
+  half.is_woken = false;
   if (half.since_restart < HalfStep::kPause) ++half.since_restart;
 
   // What is followed turned as its momentum does, which gives no energy.

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "event_order.h"
+#include "free_rotation.h"
 #include "resting.h"
 #include "sleeping.h"
 #include "step_run.h"
@@ -75,11 +76,12 @@ void StepRun::Report() {
 void StepRun::PutToSleep(EntityRow entity) {
   const uint32_t row = Index(entity);
   state_.asleep[row] = true;
+  const Matrix3 tensor = WorldTensor(state_.pose(entity).orientation, world_.scene_.entities[row]->mass.tensor);
+  world_.layer_.half_steps[row].Rest(state_.linear_velocities.col(row), tensor * state_.angular_velocities.col(row));
   state_.linear_velocities.col(row).setZero();
   state_.angular_velocities.col(row).setZero();
   state_.net_forces.col(row).setZero();
   state_.net_torques.col(row).setZero();
-  world_.layer_.half_steps[row].Forget();
   world_.TellPose(entity);
   world_.UpdateActive(entity);
 }

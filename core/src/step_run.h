@@ -50,6 +50,8 @@ class StepRun {
   // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes, with what those
   // touch. Whether pairs of others than `moved` may have changed.
   bool CollideAndWake(const std::vector<EntityRow>* moved);
+  // The same of who was woken last.
+  void CollideWoken();
   bool WakeTouched();
   bool WillTouch(const ContactPair& pair) const;
   void WakeCarried(std::vector<EntityRow>& carried) const;
@@ -166,7 +168,8 @@ class StepRun {
 
   World& world_;
   double step_size_;
-  double substep_ = 0;  // s
+  double substep_ = 0;     // s
+  double look_ahead_ = 0;  // s, within which a sleeper is woken for what comes
   Solver solver_ = Solver::kAutomatic;
   bool ran_ = false;            // something was moved
   bool is_first_ = true;        // substep

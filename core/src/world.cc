@@ -255,9 +255,9 @@ void World::Wake(EntityRow row) {
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();
-  layer_.half_steps[Index(row)].Forget();
   // Something held it, or it would not have slept; whether that still does, the next solve tells.
   layer_.half_steps[Index(row)].in_flight = false;
+  layer_.half_steps[Index(row)].is_woken = true;
   UpdateActive(row);
   roused_.push_back(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);

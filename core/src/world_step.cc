@@ -152,7 +152,13 @@ void StepRun::Advance() {
   settled_ =
       std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == world_.layer_.last_substep;
   is_rearranged_ = world_.contacts_stale_;
-  if (is_rearranged_) CollideAndWake(nullptr);
+  look_ahead_ = substep_;
+  if (is_rearranged_) {
+    CollideAndWake(nullptr);
+  } else if (WakeTouched()) {
+    settled_ = false;
+    CollideWoken();
+  }
   world_.near_->Check(world_.budget_, world_.contacts_);
   if (rows_.empty() && kinematic_rows_.empty()) {
     world_.solved_.Clear();
@@ -172,7 +178,11 @@ void StepRun::RunEngine(uint32_t substeps) {
     RestartCarried();
     ResolveImpacts(substep_, 0, false);
   }
-  for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);
+  for (uint32_t i = 0; i < substeps; ++i) {
+    // Whom the next step touches wakes in it.
+    if (i + 1 == substeps) look_ahead_ = 0;
+    Substep(substep_, i * substep_);
+  }
   FinishNetForces();
   FinishJoints();
 }
@@ -224,6 +234,11 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
   return is_all_new;
 }
 
+void StepRun::CollideWoken() {
+  const std::vector<EntityRow> woken = world_.roused_;
+  CollideAndWake(&woken);
+}
+
 bool StepRun::WakeTouched() {
   // Copied, since waking changes what is active.
   std::vector<EntityRow> touched;
@@ -241,21 +256,21 @@ bool StepRun::WakeTouched() {
   return !touched.empty();
 }
 
-// Whether the two touch, or come so near in the next substep that the engine would stop one at the other: a sleeper
-// must be awake by then, for it weighs infinitely much until it is.
+// Whether the two touch, or come so near in the next substep of this step that the engine would stop one at the other:
+// a sleeper must be awake by then, for it weighs infinitely much until it is.
 bool StepRun::WillTouch(const ContactPair& pair) const {
   const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
   const auto falls = [&](EntityRow row) -> Vector3 {
     const BodyTraits& traits = world_.scene_.entities[Index(row)]->traits;
     const bool moves = world_.active_[Index(row)] && traits.is_dynamic;
-    return moves ? Vector3(substep_ * traits.gravity_scale * world_.scene_.world.gravity) : Vector3(Vector3::Zero());
+    return moves ? Vector3(look_ahead_ * traits.gravity_scale * world_.scene_.world.gravity) : Vector3(Vector3::Zero());
   };
   const Vector3 gained = falls(pair.entity_b) - falls(pair.entity_a);
   const auto first = world_.contacts_.points.begin() + pair.first_point;
   return std::any_of(first, first + pair.point_count, [&](const ContactPoint& p) {
     const Vector3 velocity =
         VelocityAt(pair.entity_b, center_b, p.position) - VelocityAt(pair.entity_a, center_a, p.position) + gained;
-    return p.depth >= kTouchingDepth + substep_ * std::min(0.0, velocity.dot(p.normal));
+    return p.depth >= kTouchingDepth + look_ahead_ * std::min(0.0, velocity.dot(p.normal));
   });
 }
 

@@ -253,6 +253,34 @@ TEST_P(Sleeping, ASleeperTakesAllOfABlow) {
   }
 }
 
+TEST_P(Sleeping, WhoIsTouchedWakesInThatStepAndNotBefore) {
+  Proves({Claim::kContactEvents});
+  // Slowly and fast, wherever within its step and its substep the other one reaches it. They go on together, and what
+  // was still asleep when the solver stopped the other one at it would have stopped it as a wall does.
+  for (const double speed : {0.15, 0.5, 3.0}) {
+    for (int i = 0; i < 20; ++i) {
+      const auto world = MakeWorld();
+      EntityDesc moving = Crate({-1 - (45 + 0.05 * i) * speed / 60, 0, 0.5}), resting = Crate({0, 0, 0.5});
+      moving.rigid_body->linear_velocity = {speed, 0, 0};
+      for (EntityDesc* crate : {&moving, &resting}) crate->rigid_body->geometries[0].material = {.friction = 0};
+      Add(*world, moving);
+      const EntityId b = Add(*world, resting);
+      Steps(*world, 44);
+      ASSERT_TRUE(Asleep(*world, b));
+      world->TakeEvents();
+      bool is_touched = false;
+      for (int step = 44; step < 50 && !is_touched; ++step) {
+        Steps(*world, 1);
+        is_touched = !Of<ContactBegan>(world->TakeEvents()).empty();
+        ASSERT_EQ(Asleep(*world, b), !is_touched) << speed << " m/s, case " << i;
+      }
+      EXPECT_TRUE(is_touched);
+      Steps(*world, 1);  // what is shown in the one of the touch takes it for what goes on
+      EXPECT_NEAR(VelocityOf(*world, b).x(), speed / 2, 1e-3 * speed) << speed << " m/s, case " << i;
+    }
+  }
+}
+
 TEST_P(Sleeping, WhateverIsPutIntoASleeperWakesIt) {
   for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
     const auto world = MakeWorld();

@@ -83,6 +83,7 @@ struct HalfStep {
   bool has_past = false;      // `held_rate` means something
   uint8_t since_restart = 0;  // substeps, at most 255
   bool is_struck = false;     // an impact changed its velocity since the last solve
+  bool is_woken = false;      // it slept at the last solve
   // In the middle of the last substep; of a kinematic body as it was when it was last looked at.
   Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass
   Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world; of a kinematic body its spin, rad/s
@@ -101,6 +102,14 @@ struct HalfStep {
   void Restart() { restarts = true; }
   /// The same after what may come again in every step.
   void RestartNowAndThen() { restarts |= since_restart >= kPause; }
+  /// It has come to rest, and was shown with a velocity and angular momentum that are no more than what is left of a
+  /// motion: what acts on it from outside is held as it was.
+  void Rest(const Vector3& shown_velocity, const Vector3& shown_momentum) {
+    held_velocity += velocity - shown_velocity;
+    held_momentum += momentum - shown_momentum;
+    velocity.setZero();
+    momentum.setZero();
+  }
   /// As before the first substep.
   void Forget() { *this = HalfStep{}; }
 };
