@@ -62,7 +62,7 @@ Status CheckSolver() {
   solver.SetIterations(kIterations);
   solver.Begin(kStepSize, 1);
   solver.AddBody(body);
-  solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1}, true);
+  solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1}, 0);
   solver.Solve(false);
   if (body.motion.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {
     return absl::InternalError("the solver of the Bullet that is linked is not the one its headers describe");

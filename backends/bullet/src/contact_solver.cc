@@ -24,6 +24,8 @@ constexpr double kKnownPart = 0.9;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
+// m/s, as kSettled: what only goes on like that for ever is left.
+constexpr double kNearlySettled = 1e-8;
 // m: in a pile, a sweep that pushes something no further than this out of an overlap has left it where it was. What
 // rests lies that deep from step to step. With a tenth of it 1,000 boxes in a pile take a fifth longer to overlap no
 // less.
@@ -83,9 +85,9 @@ void ContactSolver::Begin(double step_size, double warm_scale) {
 }
 
 void ContactSolver::AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-                            std::span<PointImpulse> impulses, bool is_of_few) {
+                            std::span<PointImpulse> impulses, uint32_t few) {
   // Fewer iterations than a preset's do not find what all the more rows come to.
-  pairs_.push_back({a, b, &pair, points, impulses, is_of_few && iterations_ >= kPresetIterations});
+  pairs_.push_back({a, b, &pair, points, impulses, iterations_ >= kPresetIterations ? few : Leaps::kNone});
   point_count_ += points.size();
 }
 
@@ -142,7 +144,7 @@ void ContactSolver::FindGoingOn(double step_size) {
   const auto origin = [&](int id) { return FromBullet(BodyAt(id).m_worldTransform.getOrigin()); };
   // Impulses first.
   for (const AddedPair& added : pairs_) {
-    if (!added.is_of_few) continue;
+    if (!added.is_of_few()) continue;
     const int id_a = SolverBodyOf(added.a, step_size), id_b = SolverBodyOf(added.b, step_size);
     going_on_.resize(changes_.size());
     const Vector3 center_a = origin(id_a), center_b = origin(id_b);
@@ -185,7 +187,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   btSolverBody &a = BodyAt(id_a), &b = BodyAt(id_b);
   const int first_friction = static_cast<int>(frictions_.size());
   points_.push_back({&point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction, first_friction,
-                     first_friction});
+                     first_friction, added.few});
   // The points are those of the present poses: what was found for them is used in full. The solver then goes on over
   // many steps, and what rests comes to rest to the last digits.
   const btVector3 place = ToBullet(point.position), push = -ToBullet(point.normal);
@@ -237,7 +239,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
   // other. So is what may slip soon, or it would by what is left over across the load, and among few points all that
   // bears a load. But not what slides: what it is held in one direction by would hold it in the other, too.
-  const bool is_held = is_direct_ || (added.is_of_few && grip.bears && !grip.is_on_a_line);
+  const bool is_held = is_direct_ || (added.is_of_few() && grip.bears && !grip.is_on_a_line);
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
   const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
   if (bears || ((is_held || may_roll) && !slides)) AddFriction(directions[1], surface);
@@ -335,16 +337,24 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
                                                 constraint_count, info, drawer);
   if (is_solved) return 0;
   stirred_.Begin(changes_, kSettled);
+  size_t few_end = 0;
+  for (const AddedPoint& point : points_) {
+    if (point.few != Leaps::kNone) few_end = std::max<size_t>(few_end, point.few + 1);
+  }
+  if (few_end > 0) leaps_.Begin(normals_.size() + frictions_.size() + torsions_.size(), few_end);
   const size_t all = joints_.size() + normals_.size();
   size_t spare = iterations_ == kPresetIterations ? kPointUpdates : 0;
   for (int sweep = 1;; ++sweep) {
     const btScalar residual = solveSingleIteration(sweep, bodies, body_count, manifolds, manifold_count, constraints,
                                                    constraint_count, info, drawer);
     if (residual <= info.m_leastSquaresResidualThreshold) return residual;
-    if (sweep < info.m_numIterations) continue;
-    const size_t work = turns_ + all / kLooksPerTurn;
-    if (sweep >= kIterationsMax || kStillStirred * turns_ > all || work > spare) return residual;
-    spare -= work;
+    if (sweep >= info.m_numIterations) {
+      const size_t work = turns_ + all / kLooksPerTurn;
+      if (sweep >= kIterationsMax || kStillStirred * turns_ > all || work > spare) return residual;
+      spare -= work;
+    }
+    const bool may_leap = few_end > 0 && sweep + Leaps::kSweepsBetween <= info.m_numIterations;
+    if (may_leap && !Leap() && residual <= kNearlySettled * kNearlySettled) return residual;
   }
 }
 
@@ -426,6 +436,42 @@ btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, 
   }
   m_tmpSolverBodyPool.resizeNoInitialize(0);
   return 0;
+}
+
+template <typename Visit>
+void ContactSolver::VisitFew(Visit visit) {
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const AddedPoint& point = points_[i];
+    if (point.few == Leaps::kNone) continue;
+    visit(normals_[i], 0, std::numeric_limits<double>::infinity(), point.few);
+    for (int j = point.first_friction; j < point.end_friction; ++j) {
+      SolverRow& row = frictions_[static_cast<size_t>(j)];
+      const double bound = row.friction * normals_[i].impulse;
+      visit(row, -bound, bound, point.few);
+    }
+  }
+  for (Torsion& row : torsions_) {
+    const auto normal = static_cast<size_t>(row.normal);
+    const double bound = row.arm * normals_[normal].impulse;
+    if (points_[normal].few != Leaps::kNone) visit(row, -bound, bound, points_[normal].few);
+  }
+}
+
+bool ContactSolver::Leap() {
+  leaps_.BeginSweep();
+  VisitFew([&](const SolverRow& row, double, double, uint32_t few) { leaps_.Note(few, row.impulse, row.mobility); });
+  if (!leaps_.Decide()) return !leaps_.leads_nowhere();
+  size_t number = 0;
+  VisitFew([&](SolverRow& row, double lower, double upper, uint32_t few) {
+    const double far = leaps_.Of(number++, few);
+    if (far == 0) return;
+    const double before = row.impulse;
+    row.impulse = std::clamp(before + far, lower, upper);
+    const double change = row.impulse - before;
+    Apply(row, change, ChangeOf(row.a), ChangeOf(row.b));
+    stirred_.Note(row.a, row.b, change * row.mobility);
+  });
+  return true;
 }
 
 void ContactSolver::TakeImpulses() {

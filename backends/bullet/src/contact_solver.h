@@ -10,6 +10,7 @@
 #include "genphys/contact.h"
 #include "genphys/joint_row.h"
 #include "grips.h"
+#include "leaps.h"
 #include "stirred.h"
 #include "warm_start.h"
 
@@ -40,10 +41,10 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. `impulses` are where its points start from; Solve() writes what
-  /// they came to into both. All that is given here must last until then. `is_of_few` is what is in an island of no
-  /// more than kFewPoints points, and of no joints, of which no impulses are remembered.
+  /// they came to into both. All that is given here must last until then. `few` numbers islands of no more than
+  /// kFewPoints points and of no joints, of which no impulses are remembered; of others it is Leaps::kNone.
   void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-               std::span<PointImpulse> impulses, bool is_of_few);
+               std::span<PointImpulse> impulses, uint32_t few);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
@@ -93,6 +94,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     double spinning_friction;
     int first_friction;  // of its rows of friction
     int end_friction;
+    uint32_t few;  // see AddPair()
   };
   int SolverBodyOf(Body* body, double step_size);
   // Where friction works on a point, and how.
@@ -126,6 +128,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   btSolverBody& BodyAt(int id) { return m_tmpSolverBodyPool[id]; }
   MotionChange& ChangeOf(int id) { return changes_[static_cast<size_t>(id)]; }
   void TakeImpulses();
+  // Calls visit(row, lower, upper, few) with each row of a contact between few, and its bounds.
+  template <typename Visit>
+  void VisitFew(Visit visit);
+  // After a sweep. False if no sweep will come nearer.
+  bool Leap();
 
   // False if the equations cannot be solved all at once.
   bool SolveDirectly();
@@ -151,6 +158,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   std::vector<SolverRow> frictions_;
   std::vector<ContactPush> pushes_;  // of normals_, ascending
   Stirred stirred_;
+  Leaps leaps_;
   Stirred pushed_;                  // the same of overlaps
   std::vector<BoundedRow> joints_;  // parallel to rows_
   // Against turning about a line.

@@ -42,11 +42,12 @@ void Grips::Find(std::span<const AddedPair> pairs, double warm_scale, bool all_a
     Grip& grip = grips_.emplace_back();
     const double held = group.braked.norm();
     grip.is_on_a_line = IsOnALine(pairs, group);
-    grip.is_on_ground = any.is_of_few && !grip.is_on_a_line && (IsGround(any.a) || IsGround(any.b));
+    grip.is_on_ground = any.is_of_few() && !grip.is_on_a_line && (IsGround(any.a) || IsGround(any.b));
     grip.bears = held > (grip.is_on_ground ? kLoadedOnGround : kLoaded) * (group.most[0] + group.most[1]);
     // Where one half presses in another place than the other, nothing may hold what turns. Few points need not save
     // rows.
-    grip.may_share = held <= kSharedMax * 2 * std::min(group.most[0], group.most[1]) && !all_at_once && !any.is_of_few;
+    grip.may_share =
+        held <= kSharedMax * 2 * std::min(group.most[0], group.most[1]) && !all_at_once && !any.is_of_few();
     grip.load = warm_scale * held;
     grip.braked = warm_scale * group.braked;
     grip.count = static_cast<double>(std::max<size_t>(group.count, 1));
@@ -57,7 +58,7 @@ void Grips::Find(std::span<const AddedPair> pairs, double warm_scale, bool all_a
 void Grips::ForgetGroups() {
   constexpr size_t kPlacesPerPair = 16;
   if (group_of_.bucket_count() > kPlacesPerPair * (group_of_.size() + 1)) {
-    group_of_ = {};
+    group_of_ = decltype(group_of_)();  // an empty list would leave it as large as it is
   } else {
     group_of_.clear();
   }
@@ -95,7 +96,7 @@ void Grips::Add(const AddedPair& pair) {
 // Of more than few points each pair is alone.
 size_t Grips::GroupOf(const AddedPair& pair, const Sides& sides, const Vector3& normal) {
   const size_t fresh = groups_.size();
-  if (pair.is_of_few && !pair.points.empty()) {
+  if (pair.is_of_few() && !pair.points.empty()) {
     const auto [known, is_new] = group_of_.try_emplace(sides, fresh);
     for (size_t place = is_new ? kNone : known->second; place != kNone; place = groups_[place].next_group) {
       if (groups_[place].normal.dot(normal) > kSameSurface) return place;

@@ -7,6 +7,7 @@
 
 #include "body.h"
 #include "genphys/contact.h"
+#include "leaps.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {
@@ -18,7 +19,9 @@ struct AddedPair {
   const ContactPair* pair;
   std::span<ContactPoint> points;
   std::span<PointImpulse> impulses;  // of the last solve
-  bool is_of_few;                    // in its island
+  uint32_t few;                      // the number of its island, if that is one of few; else Leaps::kNone
+
+  bool is_of_few() const { return few != Leaps::kNone; }
 };
 
 /// How friction held two bodies together in the last solve.

@@ -207,9 +207,11 @@ void World::LoadContacts(const Group& group, const StateArrays& state, ContactBu
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
     PerPoint<PointImpulse>& impulses = warm_start_.pairs()[i].impulses;
-    const Islands::Island& island = islands_.islands()[islands_.IslandOf(pair.entity_a, pair.entity_b)];
+    const uint32_t number = islands_.IslandOf(pair.entity_a, pair.entity_b);
+    const Islands::Island& island = islands_.islands()[number];
+    const bool is_of_few = island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0;
     solver_.AddPair(side_a, side_b, pair, PointsOf(pair, contacts), {impulses.data(), impulses.size()},
-                    island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0);
+                    is_of_few ? number : Leaps::kNone);
   }
 }
 
