@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "contact_points.h"
+#include "free_rotation.h"
 #include "impacts.h"
 
 namespace genphys {
@@ -23,6 +24,10 @@ constexpr double kLeastProgress = 1.0 / 16;
 // m: no deeper than this is what just comes to touch, and when it had overlapped by so much it is looked at once more.
 constexpr double kJustTouching = 1e-6;
 constexpr double kLookAhead = 1e-5;
+// m/s: what closes more slowly is no edge that something comes to.
+constexpr double kCreeping = 1e-4;
+// What comes to an edge goes so many times as fast along the ground as it comes nearer.
+constexpr double kAlong = 4;
 
 // m: at which two are taken to collide that cover `way` (m) in a substep.
 double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
@@ -92,16 +97,32 @@ bool Impacts::WereApart(const ContactPair& pair, double time, double speed) cons
 
 // Two that are level touch at an edge when one comes to the other, and the normal there is that of neither's face.
 bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const {
-  const double closing = -point.relative_velocity.dot(point.normal);
-  if (!(point.depth < kJustTouching && closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal))) return false;
-  const Placement a = Placed(pair.geometry_a, MotionOf(pair.entity_a), 0);
-  Placement b = Placed(pair.geometry_b, MotionOf(pair.entity_b), 0);
-  // As they go now: what pulls them to the ground makes them no deeper there.
-  b.position += (std::max(-point.depth, 0.0) + kLookAhead) / closing * point.relative_velocity;
+  const double closing = -point.relative_velocity.dot(point.normal), gap = std::max(-point.depth, 0.0);
+  if (!(point.depth < kJustTouching && closing > kCreeping && closing * step_size_ > gap)) return false;
+  if (closing <= speed_.Of(pair.entity_a, pair.entity_b, point.normal)) {
+    // Most of what closes so slowly jostles.
+    const auto velocity = [&](EntityRow row) { return world_.state.linear_velocities.col(Index(row)); };
+    const Vector3 way = velocity(pair.entity_b) - velocity(pair.entity_a);
+    if (way.cross(point.normal).squaredNorm() < kAlong * kAlong * closing * closing) return false;
+  }
+  // As they went before this substep: what pulls them to the ground makes them no deeper there.
+  const double time = (gap + kLookAhead) / closing;
+  const Placement a = InTime(pair.entity_a, pair.geometry_a, point, Vector3::Zero(), time);
+  const Placement b = InTime(pair.entity_b, pair.geometry_b, point, point.relative_velocity, time);
   Manifold manifold;
   FindContacts(GeometryAt(pair.geometry_a).shape, a, GeometryAt(pair.geometry_b).shape, b, 0, manifold);
   const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
   return std::ranges::all_of(points, [](const MeetingPoint& p) { return p.depth < kLookAhead / 4; });
+}
+
+Placement Impacts::InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
+                          double time) const {
+  const uint32_t row = Index(entity);
+  const Vector3 spin = world_.state.angular_velocities.col(row);
+  Pose pose = world_.state.pose(entity);
+  pose.position += time * (velocity + spin.cross(pose.position - point.position));
+  pose.orientation = Turned(pose.orientation, spin, time);
+  return ToPlacement(pose.Transform(GeometryAt(geometry).pose_in_entity));
 }
 
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {

@@ -265,6 +265,10 @@ class Impacts {
   void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
   void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
+  // Where a geometry is `time` seconds later if its entity turns on as it does now, and goes on at `velocity` where the
+  // point is.
+  Placement InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
+                   double time) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
   const Geometry& GeometryAt(GeometryRow row) const;
 
