@@ -281,6 +281,31 @@ TEST_P(Sleeping, WhoIsTouchedWakesInThatStepAndNotBefore) {
   }
 }
 
+TEST_P(Sleeping, ATowerWakesAsIfItHadBeenAwakeWhoeverMovedMeanwhile) {
+  constexpr int kCount = 5;
+  double fastest[2] = {};
+  for (const bool sleeps : {false, true}) {
+    WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -9.81}};
+    desc.default_auto_disable.enabled = sleeps;
+    const auto world = testing::MakeWorld(desc);
+    std::vector<EntityId> tower;
+    for (int i = 0; i < kCount; ++i) tower.push_back(Add(*world, Crate({0, 0, 0.5 + i})));
+    const EntityId other = Add(*world, Crate({50, 0, 0.5}));
+    Steps(*world, 400);
+    ASSERT_EQ(Asleep(*world, tower.back()), sleeps);
+    Do(*world, ApplyForce{.id = other, .force = {3, 0, 0}});
+    Steps(*world, 5);
+    ASSERT_EQ(Asleep(*world, tower.front()), sleeps);
+    Do(*world, ApplyForce{.id = tower.front(), .force = {0, 0, -1e-9}});
+    for (int step = 0; step < 30; ++step) {
+      Steps(*world, 1);
+      for (const EntityId id : tower) fastest[sleeps] = std::max(fastest[sleeps], VelocityOf(*world, id).norm());
+    }
+    EXPECT_FALSE(Asleep(*world, tower.front()));
+  }
+  EXPECT_LE(fastest[true], 2 * fastest[false]);
+}
+
 TEST_P(Sleeping, WhateverIsPutIntoASleeperWakesIt) {
   for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
     const auto world = MakeWorld();

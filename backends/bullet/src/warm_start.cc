@@ -49,47 +49,6 @@ PointImpulse TakeImpulseAt(const Vector3& place, PairMemory& memory) {
 
 }  // namespace
 
-void RestingPairs::Put(const PairMemory& memory) {
-  auto slot = static_cast<uint32_t>(slots_.size());
-  if (free_.empty()) {
-    slots_.push_back(memory);
-  } else {
-    slot = free_.back();
-    free_.pop_back();
-    slots_[slot] = memory;
-  }
-  // The floor has no list, which would have to be looked through for each of those on it.
-  for (const PlacedGeometry* side : {memory.a, memory.b}) {
-    if (side->body->motion_type != MotionType::kStatic) slots_of_[side->body].push_back(slot);
-  }
-}
-
-void RestingPairs::TakeOf(const Body* body, std::vector<PairMemory>& out) {
-  const auto own = slots_of_.extract(body);
-  if (own.empty()) return;
-  for (const uint32_t slot : own.mapped()) {
-    out.push_back(slots_[slot]);
-    Free(slot);
-  }
-}
-
-void RestingPairs::Free(uint32_t slot) {
-  for (const PlacedGeometry* side : {slots_[slot].a, slots_[slot].b}) {
-    const auto own = slots_of_.find(side->body);
-    if (own == slots_of_.end()) continue;
-    std::erase(own->second, slot);
-    if (own->second.empty()) slots_of_.erase(own);
-  }
-  slots_[slot] = {};
-  free_.push_back(slot);
-}
-
-void RestingPairs::ForgetRemoved() {
-  for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
-    if (slots_[slot].a != nullptr && IsOfRemoved(slots_[slot])) Free(slot);
-  }
-}
-
 void WarmStart::Begin() {
   pairs_.swap(before_);
   pairs_.clear();
@@ -127,12 +86,17 @@ void WarmStart::End() {
 }
 
 void WarmStart::PassOver(const PairMemory& memory) {
-  if (IsResting(memory)) resting_.Put(memory);
+  if (!IsResting(memory)) return;
+  absl::InlinedVector<const Body*, 2> wakeable;
+  for (const PlacedGeometry* side : {memory.a, memory.b}) {
+    if (side->body->motion_type != MotionType::kStatic) wakeable.push_back(side->body);
+  }
+  resting_.Put(memory, wakeable);
 }
 
 void WarmStart::ForgetRemoved() {
   std::erase_if(pairs_, IsOfRemoved);
-  resting_.ForgetRemoved();
+  resting_.EraseIf(IsOfRemoved);
 }
 
 double WarmStart::ScaleTo(double step_size) {

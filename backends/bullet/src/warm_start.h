@@ -1,13 +1,13 @@
 #pragma once
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
 #include "body.h"
 #include "contacts.h"
 #include "genphys/contact.h"
+#include "genphys/resting_pairs.h"
 
 namespace genphys::bullet_backend {
 
@@ -34,31 +34,6 @@ struct PairMemory {
   PlacedGeometry* b = nullptr;
   PerPoint<Vector3> places;  // of the points in the frame of the side that can move
   PerPoint<PointImpulse> impulses;
-};
-
-/// What is remembered of pairs that nobody looks at, since neither side moves: found by those of their bodies that may
-/// be woken, so that such a body costs by how many it has.
-class RestingPairs {
- public:
-  void Put(const PairMemory& memory);
-  /// Appends those of `body` to `out`.
-  void TakeOf(const Body* body, std::vector<PairMemory>& out);
-  void ForgetRemoved();
-  size_t size() const { return slots_.size() - free_.size(); }
-
-  template <typename Visit>
-  void ForEach(Visit&& visit) const {
-    for (const PairMemory& memory : slots_) {
-      if (memory.a != nullptr) visit(memory);
-    }
-  }
-
- private:
-  void Free(uint32_t slot);
-
-  std::vector<PairMemory> slots_;  // of a free one both sides are null
-  std::vector<uint32_t> free_;
-  std::unordered_map<const Body*, std::vector<uint32_t>> slots_of_;
 };
 
 /// The impulses by which contacts are recognised from step to step: all that this adapter remembers.
@@ -93,7 +68,7 @@ class WarmStart {
 
   std::vector<PairMemory> pairs_;
   std::vector<PairMemory> before_;
-  RestingPairs resting_;
+  RestingPairs<PairMemory, const Body*> resting_;
   std::vector<const Body*> woken_;
   size_t next_before_ = 0;
   double step_size_ = 0;  // s, of the last solve; zero before the first

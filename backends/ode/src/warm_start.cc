@@ -97,6 +97,27 @@ bool WarmStart::ShareOut(const Pair& old, std::span<const uint32_t> order, bool 
   return true;
 }
 
+WarmStart::Kept WarmStart::Keep(const Pair& pair) const {
+  const auto own = [&](const auto& all) {
+    const auto first = all.begin() + pair.first;
+    return std::vector(first, first + pair.count);
+  };
+  return {pair, step_size_, own(now_.places), own(now_.impulses), own(now_.pressures)};
+}
+
+void WarmStart::Return(const Kept& kept) {
+  // They grow with the time for which a solve acts.
+  const double scale = kept.step_size > 0 ? step_size_ / kept.step_size : 1;
+  Pair& pair = now_.pairs.emplace_back(kept.pair);
+  pair.first = static_cast<uint32_t>(now_.places.size());
+  pair.braked *= scale;
+  pair.grip *= scale;
+  pair.load *= scale;
+  now_.places.insert(now_.places.end(), kept.places.begin(), kept.places.end());
+  for (const Vector3& impulse : kept.impulses) now_.impulses.push_back(scale * impulse);
+  for (const double pressure : kept.pressures) now_.pressures.push_back(scale * pressure);
+}
+
 void WarmStart::TakeBack() {
   std::swap(now_, before_);
   step_size_ /= scale_;
@@ -153,19 +174,23 @@ void WarmStart::End(std::span<const ContactPoint> points) {
 void WarmStart::Save(std::string& bytes) const {
   Append(step_size_, bytes);
   Append(uint64_t{now_.pairs.size()}, bytes);
-  for (const Pair& pair : now_.pairs) {
-    // Which pair it is, its place among those that were solved tells; rows tell also in which order they were added.
-    Append(pair.count, bytes);
-    Append(pair.strain, bytes);
-    Append(pair.braked, bytes);
-    Append(pair.grip, bytes);
-    Append(pair.load, bytes);
-    Append(pair.friction, bytes);
-  }
-  for (size_t i = 0; i < now_.places.size(); ++i) {
-    Append(now_.places[i], bytes);
-    Append(now_.impulses[i], bytes);
-    Append(now_.pressures[i], bytes);
+  // Which pair it is, its place among those that were solved tells; rows tell also in which order they were added.
+  for (const Pair& pair : now_.pairs) Save(Keep(pair), bytes);
+}
+
+void WarmStart::Save(const Kept& kept, std::string& bytes) {
+  const Pair& pair = kept.pair;
+  Append(kept.step_size, bytes);
+  Append(pair.count, bytes);
+  Append(pair.strain, bytes);
+  Append(pair.braked, bytes);
+  Append(pair.grip, bytes);
+  Append(pair.load, bytes);
+  Append(pair.friction, bytes);
+  for (size_t i = 0; i < kept.places.size(); ++i) {
+    Append(kept.places[i], bytes);
+    Append(kept.impulses[i], bytes);
+    Append(kept.pressures[i], bytes);
   }
 }
 

@@ -37,6 +37,17 @@ class WarmStart {
   /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised.
   void Begin(double step_size);
 
+  /// What the last solve left of a pair.
+  struct Kept;
+
+  /// Calls visit(key, keep) with each pair of the last solve, and what to call for what it left of that.
+  template <typename Visit>
+  void VisitPairs(Visit visit) const {
+    for (const Pair& pair : now_.pairs) visit(pair.key, [&] { return Keep(pair); });
+  }
+  /// Between two solves: as if the last one had left this, too.
+  void Return(const Kept& kept);
+
   /// Forgets what was solved since Begin(), as for the same solve once more.
   void TakeBack();
 
@@ -48,8 +59,9 @@ class WarmStart {
   /// Remembers what the solve found, of all `points` of the contact buffer.
   void End(std::span<const ContactPoint> points);
 
-  /// Appends all that the next solve depends on.
+  /// Appends all that the next solve depends on, and what it keeps of others.
   void Save(std::string& bytes) const;
+  static void Save(const Kept& kept, std::string& bytes);
 
  private:
   struct Pair {
@@ -71,6 +83,7 @@ class WarmStart {
     void Clear();
   };
 
+  Kept Keep(const Pair& pair) const;
   const Pair* Find(const Key& key);
   double Bore(uint32_t point) const { return found_[point] ? before_.pressures[*found_[point]] : 0; }
   std::optional<uint32_t> FindPoint(const Pair& old, const Vector3& place) const;
@@ -87,6 +100,14 @@ class WarmStart {
   // Kept between calls for their memory only.
   std::vector<std::optional<uint32_t>> found_;  // which of before_ the points of a pair were
   std::vector<uint32_t> order_;
+};
+
+struct WarmStart::Kept {
+  Pair pair;
+  double step_size = 0;  // s, of the solve that left it
+  std::vector<Vector3> places;
+  std::vector<Vector3> impulses;
+  std::vector<double> pressures;
 };
 
 }  // namespace genphys::ode_backend

@@ -17,8 +17,6 @@ constexpr size_t kAutomaticRowsMax = 160;
 // more than the rest: sweeps come no nearer where something heavy lies on something light.
 constexpr double kUnevenSpread = 50;
 constexpr size_t kUnevenRowsMax = 60;
-// Contacts of an island that is solved from what held it before. Of more, some slip or part at every step.
-constexpr size_t kWarmContactsMax = 200;
 // The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
 // end half of the solves of a tower of very different weights.
 constexpr double kPullMax = 0.02;
@@ -66,11 +64,17 @@ void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
 
 void World::RemoveBody(EntityRow row) {
   for (GeometryRow geometry : bodies_[Index(row)].geometries) shapes_[Index(geometry)] = PlacedShape();
+  std::vector<WarmStart::Kept> forgotten;
+  resting_.TakeOf(bodies_[Index(row)].serial, forgotten);
   bodies_[Index(row)] = Body{};
 }
 
 void World::SetActive(std::span<const EntityRow> rows, bool active) {
-  for (EntityRow row : rows) bodies_[Index(row)].is_active = active;
+  for (EntityRow row : rows) {
+    bodies_[Index(row)].is_active = active;
+    if (active) woken_.push_back(bodies_[Index(row)].serial);
+  }
+  has_slept_ = has_slept_ || !active;
 }
 
 void World::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
@@ -115,6 +119,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
       Fly(row, step_size, state);
     }
   }
+  BringBack();
   warm_start_.Begin(step_size);
   solver_->Trim(static_cast<uint32_t>(held_rows_.size()));
   if (held_rows_.empty()) return;
@@ -178,54 +183,6 @@ bool World::IsDirectWanted(const Islands::Island& island) const {
   if (solver_->solver() == Solver::kDirect) return true;
   const size_t rows = 3 * island.contacts + island.joint_rows;
   return rows <= (island.joint_rows > 0 ? kAutomaticRowsMax : kUnevenRowsMax);
-}
-
-// Recalls the last solve, and finds the islands of which every pair was there.
-void World::Recognise(const ContactBuffer& contacts) {
-  recalled_.assign(contacts.points.size(), {});
-  const auto may_be_warm = [&](uint32_t i) {
-    const Islands::Island& island = islands_.islands()[i];
-    return pushes_[i].way != Way::kDirect && island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
-  };
-  for (uint32_t i = 0; i < pushes_.size(); ++i) {
-    if (may_be_warm(i)) pushes_[i].way = solver_->MayBeBrief() ? Way::kBrief : Way::kWarm;
-  }
-  for (const ContactPair& pair : contacts.pairs) {
-    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || island == Islands::kNone) continue;
-    const bool is_known = RecognisePair(pair, contacts);
-    const auto recalled = std::span(recalled_).subspan(pair.first_point, pair.point_count);
-    if (!may_be_warm(island)) {
-      for (WarmStart::Recalled& point : recalled) point.given.setZero();
-      continue;
-    }
-    Pushes& pushes = pushes_[island];
-    if (!is_known) pushes.way = Way::kCold;
-    const auto is_nothing = [](const WarmStart::Recalled& point) { return point.given.isZero(0); };
-    pushes.is_all_given = pushes.is_all_given && std::ranges::none_of(recalled, is_nothing);
-  }
-}
-
-bool World::RecognisePair(const ContactPair& pair, const ContactBuffer& contacts) {
-  const Body& a = bodies_[Index(pair.entity_a)];
-  const Body& b = bodies_[Index(pair.entity_b)];
-  const bool resists_turning = pair.material.rolling_friction > 0 || pair.material.spinning_friction > 0;
-  // In the frame of what rests on the other its points stand still.
-  const Pose& frame = b.motion_type == MotionType::kDynamic ? b.pose : a.pose;
-  const bool is_known =
-      warm_start_.Add({pair.geometry_a, pair.geometry_b, a.serial, b.serial}, frame,
-                      std::span(contacts.points).subspan(pair.first_point, pair.point_count), pair.first_point,
-                      std::span(recalled_).subspan(pair.first_point, pair.point_count));
-  return is_known && !resists_turning;
-}
-
-void World::Recall(const ContactBuffer& solved, double step_size) {
-  warm_start_.Begin(step_size);
-  recalled_.assign(solved.points.size(), {});
-  for (const ContactPair& pair : solved.pairs) {
-    if (!pair.is_sensor) RecognisePair(pair, solved);
-  }
-  warm_start_.End(solved.points);
 }
 
 // False if what came out means nothing. The exact solver goes on after an elimination that failed; of which island, it

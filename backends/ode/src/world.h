@@ -10,6 +10,7 @@
 #include "contact_solver.h"
 #include "genphys/backend.h"
 #include "genphys/islands.h"
+#include "genphys/resting_pairs.h"
 #include "shapes.h"
 #include "warm_start.h"
 
@@ -33,10 +34,7 @@ class World final : public BackendWorld {
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved, double step_size) override;
-  void SaveState(std::string& bytes) const override {
-    warm_start_.Save(bytes);
-    bytes.push_back(has_failed_directly_ ? 1 : 0);
-  }
+  void SaveState(std::string& bytes) const override;
 
  private:
   static constexpr uint32_t kUnsolved = ContactConstraint::kImmovable;
@@ -89,6 +87,8 @@ class World final : public BackendWorld {
   bool IsDirectWanted(const Islands::Island& island) const;
   void SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows);
+  const Body* BodyOf(GeometryRow geometry, uint64_t serial) const;
+  void BringBack();
   void Recognise(const ContactBuffer& contacts);
   bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
   bool StepDirectly();
@@ -113,6 +113,9 @@ class World final : public BackendWorld {
   uint64_t last_serial_ = 0;
   std::optional<ContactSolver> solver_;  // there is always one
   WarmStart warm_start_;
+  RestingPairs<WarmStart::Kept, uint64_t> resting_;  // by serials
+  std::vector<uint64_t> woken_;                      // since the last solve
+  bool has_slept_ = false;                           // somebody fell asleep since
   // The exact solver gave up in the middle of a solve. It is not asked again, for each time it leaves memory behind.
   bool has_failed_directly_ = false;
 

@@ -1,0 +1,84 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace genphys {
+
+/// What an engine remembers of pairs at which nobody looks because neither side moves. They are found by those of their
+/// bodies that may be woken, so that one of them costs by how many pairs it has, and not by how many rest.
+template <typename Memory, typename Body>
+class RestingPairs {
+ public:
+  /// Keeps what is remembered of a pair. `wakeable` are those of its two bodies that may be woken: the floor has no
+  /// list, which would have to be looked through for each of those on it.
+  void Put(Memory memory, std::span<const Body> wakeable) {
+    if (wakeable.empty()) return;
+    auto slot = static_cast<uint32_t>(slots_.size());
+    if (free_.empty()) {
+      slots_.emplace_back();
+    } else {
+      slot = free_.back();
+      free_.pop_back();
+    }
+    slots_[slot].memory = std::move(memory);
+    for (const Body& body : wakeable) slots_[slot].wakeable[slots_[slot].count++] = body;
+    for (const Body& body : wakeable) slots_of_[body].push_back(slot);
+  }
+
+  /// Appends those of `body` to `out`, and keeps them no longer.
+  void TakeOf(const Body& body, std::vector<Memory>& out) {
+    const auto own = slots_of_.find(body);
+    if (own == slots_of_.end()) return;
+    for (const uint32_t slot : std::exchange(own->second, {})) {
+      out.push_back(std::move(slots_[slot].memory));
+      Free(slot);
+    }
+    slots_of_.erase(body);
+  }
+
+  /// Keeps those no longer of which the condition holds.
+  template <typename Condition>
+  void EraseIf(Condition condition) {
+    for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
+      if (slots_[slot].count > 0 && condition(slots_[slot].memory)) Free(slot);
+    }
+  }
+
+  size_t size() const { return slots_.size() - free_.size(); }
+
+  template <typename Visit>
+  void ForEach(Visit visit) const {
+    for (const Slot& slot : slots_) {
+      if (slot.count > 0) visit(slot.memory);
+    }
+  }
+
+ private:
+  struct Slot {
+    Memory memory;
+    std::array<Body, 2> wakeable{};
+    size_t count = 0;  // of those; none: it is free
+  };
+
+  void Free(uint32_t slot) {
+    for (const Body& body : std::span(slots_[slot].wakeable).first(slots_[slot].count)) {
+      const auto own = slots_of_.find(body);
+      if (own == slots_of_.end()) continue;
+      std::erase(own->second, slot);
+      if (own->second.empty()) slots_of_.erase(own);
+    }
+    slots_[slot] = {};
+    free_.push_back(slot);
+  }
+
+  std::vector<Slot> slots_;
+  std::vector<uint32_t> free_;
+  std::unordered_map<Body, std::vector<uint32_t>> slots_of_;
+};
+
+}  // namespace genphys
