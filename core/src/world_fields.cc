@@ -66,12 +66,16 @@ void World::Disturb(const ForceField& field) {
   reach.Add(field);
   DisturbAll(reach.named);
   if (!reach.is_everywhere && reach.regions.empty()) return;
-  active_.ForEach([&](uint32_t row) { layer_.half_steps[row].Restart(); });
-  if (reach.is_everywhere) return WakeAll();
-  for (uint32_t row = 0; row < state_.rows(); ++row) {
-    if (!state_.asleep[row]) continue;
+  const auto is_reached = [&](uint32_t row) {
+    if (reach.is_everywhere) return true;
     const Vector3 center = state_.pose(EntityRow{row}).Transform(scene_.entities[row]->mass.center_of_mass);
-    if (reach.regions.front().Contains({center, center})) WakeIslandOf(EntityRow{row});
+    return reach.regions.front().Contains({center, center});
+  };
+  active_.ForEach([&](uint32_t row) { layer_.half_steps[row].Restart(); });
+  for (uint32_t row = 0; row < state_.rows(); ++row) {
+    if (!state_.asleep[row] || !is_reached(row)) continue;
+    layer_.half_steps[row].Restart();
+    WakeIslandOf(EntityRow{row});
   }
 }
 

@@ -306,6 +306,42 @@ TEST_P(Sleeping, ATowerWakesAsIfItHadBeenAwakeWhoeverMovedMeanwhile) {
   EXPECT_LE(fastest[true], 2 * fastest[false]);
 }
 
+TEST_P(Sleeping, WhoIsLetGoInItsSleepGoesFromThenOnAsTheClosedFormSays) {
+  constexpr double kTime = 0.5;
+  const Vector3 down(0, 0, -9.81), up(0, 0, 30);
+  struct Change {
+    Command command;
+    Vector3 acceleration;
+  };
+  const ForceField everywhere{.kind = UniformField{.acceleration = up}};
+  ForceField inside = everywhere;
+  inside.region = Region{{-9, -9, -9}, {9, 9, 20}};
+  for (const int heights : {1, 2}) {
+    for (int which = 0; which < 5; ++which) {
+      WorldDesc desc{.engine = GetParam(), .gravity = down, .ground_plane = false};
+      const auto world = testing::MakeWorld(desc);
+      Require(*world, Feature::kContacts);
+      const EntityId block = Add(*world, Block({0, 0, -0.5}, {2, 2, 0.5}));
+      std::vector<EntityId> tower;
+      for (int i = 0; i < heights; ++i) tower.push_back(Add(*world, Crate({0, 0, 0.5 + i})));
+      Steps(*world, 120);
+      ASSERT_TRUE(Asleep(*world, tower.back()));
+      const std::vector<Change> changes{{CreateForceField{everywhere}, down + up},
+                                        {CreateForceField{inside}, down + up},
+                                        {SetGravity{Vector3(1, 0, 4)}, {1, 0, 4}},
+                                        {SetGravity{Vector3(0, 0, 0)}, {0, 0, 0}},
+                                        {DeleteEntity{block}, down}};
+      Do(*world, changes[static_cast<size_t>(which)].command);
+      Steps(*world, 30);
+      for (int i = 0; i < heights; ++i) {
+        const Vector3 went = kTime * kTime / 2 * changes[static_cast<size_t>(which)].acceleration;
+        EXPECT_LT((PositionOf(*world, tower[static_cast<size_t>(i)]) - Vector3(0, 0, 0.5 + i) - went).norm(), 1e-5)
+            << heights << " high, change " << which;
+      }
+    }
+  }
+}
+
 TEST_P(Sleeping, WhateverIsPutIntoASleeperWakesIt) {
   for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
     const auto world = MakeWorld();
