@@ -1,8 +1,5 @@
 #include "leaps.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace genphys::bullet_backend {
 namespace {
 
