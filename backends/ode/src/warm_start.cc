@@ -175,22 +175,29 @@ void WarmStart::Save(std::string& bytes) const {
   Append(step_size_, bytes);
   Append(uint64_t{now_.pairs.size()}, bytes);
   // Which pair it is, its place among those that were solved tells; rows tell also in which order they were added.
-  for (const Pair& pair : now_.pairs) Save(Keep(pair), bytes);
+  for (const Pair& pair : now_.pairs) {
+    const auto own = [&](const auto& all) { return std::span(all).subspan(pair.first, pair.count); };
+    Save(pair, own(now_.places), own(now_.impulses), own(now_.pressures), bytes);
+  }
 }
 
 void WarmStart::Save(const Kept& kept, std::string& bytes) {
-  const Pair& pair = kept.pair;
   Append(kept.step_size, bytes);
+  Save(kept.pair, kept.places, kept.impulses, kept.pressures, bytes);
+}
+
+void WarmStart::Save(const Pair& pair, std::span<const Vector3> places, std::span<const Vector3> impulses,
+                     std::span<const double> pressures, std::string& bytes) {
   Append(pair.count, bytes);
   Append(pair.strain, bytes);
   Append(pair.braked, bytes);
   Append(pair.grip, bytes);
   Append(pair.load, bytes);
   Append(pair.friction, bytes);
-  for (size_t i = 0; i < kept.places.size(); ++i) {
-    Append(kept.places[i], bytes);
-    Append(kept.impulses[i], bytes);
-    Append(kept.pressures[i], bytes);
+  for (size_t i = 0; i < places.size(); ++i) {
+    Append(places[i], bytes);
+    Append(impulses[i], bytes);
+    Append(pressures[i], bytes);
   }
 }
 

@@ -59,8 +59,9 @@ class WarmStart {
   /// Remembers what the solve found, of all `points` of the contact buffer.
   void End(std::span<const ContactPoint> points);
 
-  /// Appends all that the next solve depends on, and what it keeps of others.
+  /// Appends all that the next solve depends on.
   void Save(std::string& bytes) const;
+  /// Appends what was kept of a pair.
   static void Save(const Kept& kept, std::string& bytes);
 
  private:
@@ -84,6 +85,8 @@ class WarmStart {
   };
 
   Kept Keep(const Pair& pair) const;
+  static void Save(const Pair& pair, std::span<const Vector3> places, std::span<const Vector3> impulses,
+                   std::span<const double> pressures, std::string& bytes);
   const Pair* Find(const Key& key);
   double Bore(uint32_t point) const { return found_[point] ? before_.pressures[*found_[point]] : 0; }
   std::optional<uint32_t> FindPoint(const Pair& old, const Vector3& place) const;
