@@ -73,8 +73,9 @@ void Impacts::AddGround(const ContactBuffer& contacts) {
 
 void Impacts::AddSupportBlows() {
   for (const Candidate& support : supports_) {
+    // A corner that stands a little off takes part, too: else what is hit would tip over the others.
     Manifold manifold;
-    FindMeeting(support.pair, support.time, support.time, kFlatGap, manifold);
+    FindMeeting(support.pair, support.time, support.time, -kTouchingDepth, manifold);
     for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
       AddBlow(support, point.position, point.normal);
     }

@@ -99,5 +99,25 @@ TEST_P(ImpactsOfStanding, ThrowBackWhatFallsOnItAsTheFloorWould) {
   }
 }
 
+// Two tiles, one of which lies lower by less than what does not touch, and a crate on both that is hit above that one.
+TEST_P(ImpactsOfStanding, TipNothingThatStandsALittleOffTheFloorThere) {
+  constexpr double kEdge = -0.3, kFall = 1, kRestitution = 0.8;
+  for (const double gap : {0.0, 3e-5, 9e-5}) {
+    WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep}};
+    desc.ground_plane = false;
+    const auto world = testing::MakeWorld(desc);
+    Require(*world, Feature::kContacts);
+    Add(*world, Block({kEdge + 1, 0, -0.5}, {1, 1, 0.5}));
+    Add(*world, Block({kEdge - 1, 0, -0.5 - gap}, {1, 1, 0.5}));
+    const EntityId crate = Add(*world, Smooth(Crate({0, 0, 0.5}), kRestitution));
+    const EntityId ball = Add(*world, Smooth(Ball({-0.45, 0, 1 + kRadius + kFall}, kRadius), kRestitution));
+    Steps(*world, static_cast<int>(std::sqrt(2 * kFall / kGravity) / kStep) + 2);
+    const double up = VelocityOf(*world, ball).z();
+    const double rise = PositionOf(*world, ball).z() - 1 - kRadius + up * up / 2 / kGravity;
+    EXPECT_NEAR(rise, kRestitution * kRestitution * kFall, 1e-3) << gap;
+    EXPECT_LT(VelocityOf(*world, crate).norm(), 1e-3) << gap;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing
