@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "free_rotation.h"
 #include "running_surfaces.h"
@@ -49,8 +50,9 @@ void StepRun::PrepareContacts(double h) {
   for (const Mover& mover : movers_) {
     scratch_.flew.Set(mover.row, world_.layer_.half_steps[Index(mover.row)].in_flight);
   }
-  for (const ContactPair& pair : contacts.pairs) {
+  for (ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
+    pair.interval = IntervalOf(pair, h);
     const bool is_solved_apart = pair.material.restitution > 0 || impact_speed.IsFree(pair);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       ContactPoint& point = contacts.points[i];
@@ -66,20 +68,26 @@ void StepRun::PrepareContacts(double h) {
   }
 }
 
-// A solve acts for the time between the middles of two substeps; what is told of it are the impulses of one substep.
-void StepRun::ShareImpulses(double h) {
+// For how long (s) the next solve acts on the two: of who began anew and who did not, the shorter time.
+double StepRun::IntervalOf(const ContactPair& pair, double h) const {
   const LayerState& layer = world_.layer_;
+  double interval = std::numeric_limits<double>::infinity();
+  for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
+    if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
+    interval = std::min(interval, layer.half_steps[Index(row)].Interval(layer.last_substep, h));
+  }
+  return std::isfinite(interval) ? interval : h;
+}
+
+// What is told of a solve are the impulses of one substep.
+void StepRun::ShareImpulses(double h) {
   ContactBuffer& contacts = world_.contacts_;
-  for (const ContactPair& pair : contacts.pairs) {
-    double interval = std::numeric_limits<double>::infinity();
-    for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
-      if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
-      interval = std::min(interval, layer.half_steps[Index(row)].Interval(layer.last_substep, h));
-    }
-    if (interval == h || !std::isfinite(interval)) continue;
+  for (ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor || pair.interval == h) continue;
+    const double scale = ImpulseScale(std::exchange(pair.interval, h), h);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      contacts.points[i].normal_impulse *= h / interval;
-      contacts.points[i].friction_impulse *= h / interval;
+      contacts.points[i].normal_impulse *= scale;
+      contacts.points[i].friction_impulse *= scale;
     }
   }
 }

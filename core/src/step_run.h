@@ -131,6 +131,7 @@ class StepRun {
   // At the points of the pairs of `changed` alone unless it is null.
   void FillRelativeVelocities(const RowMarks* changed);
   void PrepareContacts(double h);
+  double IntervalOf(const ContactPair& pair, double h) const;
   void ShareImpulses(double h);
   // What met in the substep just done, or what a command made meet before the first one.
   // False: there were too many for one substep.

@@ -189,7 +189,7 @@ void World::RebuildEngine() {
   engine_ = backend_->CreateWorld(backend_->Resolve(scene_.world.stepper));
   near_ = std::make_unique<NearPairs>();
   for (EntityRow row : RowsOfBodies()) AddToEngine(row);
-  engine_->Recall(solved_, layer_.last_substep);
+  engine_->Recall(solved_);
 }
 
 // In order of ids.

@@ -117,5 +117,21 @@ TEST_P(PushesBetweenSteps, AreHeldByJointsInTheMeanOverTheStep) {
   }
 }
 
+TEST_P(PushesBetweenSteps, LeaveATowerOnWhatHeldIt) {
+  Proves({Claim::kBox, Claim::kContacts});
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}};
+  desc.default_auto_disable.enabled = false;
+  const auto world = testing::MakeWorld(desc);
+  std::vector<EntityId> tower;
+  for (int i = 0; i < 5; ++i) tower.push_back(Add(*world, Crate({0, 0, 0.5 + i})));
+  Steps(*world, 600);
+  // Each by far less than what gravity gives in a step, but a solve acts for half of a substep after it.
+  for (const EntityId crate : tower) Do(*world, ApplyImpulse{.id = crate, .linear = {0, 0, -1e-6 * kGravity * kStep}});
+  for (int step = 0; step < 30; ++step) {
+    Steps(*world, 1);
+    for (const EntityId crate : tower) ASSERT_LE(VelocityOf(*world, crate).norm(), 1e-4 * kGravity * kStep) << step;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -207,7 +207,7 @@ TEST(BulletResting, GoesOnWhereItWasFromImpulsesThatAreRecalled) {
     for (const EntityRow row : bench->moving) bench->Put(row, bench->state.pose(row));
   }
 
-  recalling.world->Recall(before.contacts, kStep);
+  recalling.world->Recall(before.contacts);
   recalling.Run(1);
   starting.Run(1);
 

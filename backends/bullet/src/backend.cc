@@ -60,7 +60,7 @@ Status CheckSolver() {
   const ContactPair pair;
   ContactSolver solver;
   solver.SetIterations(kIterations);
-  solver.Begin(kStepSize, 1);
+  solver.Begin(kStepSize);
   solver.AddBody(body);
   solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1}, 0);
   solver.Solve(false);

@@ -68,9 +68,8 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
   info_.m_leastSquaresResidualThreshold = kSettled * kSettled;
 }
 
-void ContactSolver::Begin(double step_size, double warm_scale) {
+void ContactSolver::Begin(double step_size) {
   info_.m_timeStep = step_size;
-  warm_scale_ = warm_scale;
   bodies_.clear();
   rows_.clear();
   pairs_.clear();
@@ -121,7 +120,7 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 
 void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
   FindGoingOn(info.m_timeStep);
-  grips_.Find(pairs_, warm_scale_, is_direct_);
+  grips_.Find(pairs_, is_direct_);
   for (size_t number = 0; number < pairs_.size(); ++number) {
     const AddedPair& added = pairs_[number];
     const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
@@ -153,12 +152,11 @@ void ContactSolver::FindGoingOn(double step_size) {
       const ContactPoint& point = added.points[i];
       const PointImpulse& last = added.impulses[i];
       if (point.is_ahead) continue;
-      const Vector3 impulse = warm_scale_ * (last.normal * point.normal + last.friction);
-      const Vector3 torque = warm_scale_ * last.torque;
+      const Vector3 impulse = last.normal * point.normal + last.friction;
       a.linear.head<3>() -= impulse;
       b.linear.head<3>() += impulse;
-      a.angular.head<3>() -= (point.position - center_a).cross(impulse) + torque;
-      b.angular.head<3>() += (point.position - center_b).cross(impulse) + torque;
+      a.angular.head<3>() -= (point.position - center_a).cross(impulse) + last.torque;
+      b.angular.head<3>() += (point.position - center_b).cross(impulse) + last.torque;
     }
   }
   for (size_t i = 0; i < going_on_.size(); ++i) {
@@ -197,8 +195,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double apart =
       FillContact(point.depth, FillPush(push, place, a, b, normal), pair.correction, info_.m_timeStep, normal);
   if (apart > 0) pushes_.push_back({static_cast<int>(normals_.size()) - 1, apart, 0});
-  const double pressing = warm_scale_ * impulse.normal;
-  StartFrom(pressing, normal);
+  StartFrom(impulse.normal, normal);
 
   // Friction works against the slip of the surfaces, which may run over their bodies. Where a load comes through other
   // contacts, nothing slips before a solve that would tell its direction, but what friction did in the last one tells
@@ -228,10 +225,10 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   FindTangents(push, along, directions[0], directions[1]);
   if (bears && grip.may_share) {
     // Far from slipping, points hold along the load and across it in turns, each for its neighbour too.
-    AddFriction(directions[number % 2], {place, run, pressing, 2 * point.friction});
+    AddFriction(directions[number % 2], {place, run, impulse.normal, 2 * point.friction});
     return;
   }
-  const Surface surface{place, run, pressing, point.friction};
+  const Surface surface{place, run, impulse.normal, point.friction};
   AddFriction(directions[0], surface);
   // Sweeps follow the slip from step to step, so that one direction is enough for them where points lie beside each
   // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
@@ -253,7 +250,7 @@ void ContactSolver::AddFriction(const btVector3& direction, const Surface& surfa
   const double rate = FillPush(direction, surface.place, BodyAt(friction.a), BodyAt(friction.b), friction);
   friction.wanted = (surface.run.dot(direction) - rate) * friction.inverse;
   friction.friction = surface.friction;
-  const double wanted = -warm_scale_ * point.impulse->friction.dot(FromBullet(direction));
+  const double wanted = -point.impulse->friction.dot(FromBullet(direction));
   const double bound = surface.friction * surface.pressing;
   StartFrom(std::clamp(wanted, -bound, bound), friction);
   ++point.end_friction;
@@ -285,7 +282,7 @@ void ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm
   to.arm = arm;
   FillJointRow({.kind = JointRow::Kind::kAngular, .axis = axis}, BodyAt(to.a), BodyAt(to.b), to);
   const double bound = arm * normal.impulse;
-  const double turned = warm_scale_ * points_[static_cast<size_t>(normal_index)].impulse->torque.dot(axis);
+  const double turned = points_[static_cast<size_t>(normal_index)].impulse->torque.dot(axis);
   StartFrom(std::clamp(turned, -bound, bound), to);
 }
 

@@ -33,9 +33,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Few contacts get more than a preset's.
   void SetIterations(uint32_t iterations) { iterations_ = static_cast<int>(iterations); }
 
-  /// Empties the group, which will be solved for a step of `step_size` seconds. Impulses to start from are multiplied
-  /// by `warm_scale`.
-  void Begin(double step_size, double warm_scale);
+  /// Empties the group, which will be solved for a step of `step_size` seconds.
+  void Begin(double step_size);
 
   /// Adds a body, dynamic or kinematic, whose `rigid` is loaded. Each one that a pair names must be added, and once.
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
@@ -142,7 +141,6 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
 
   int iterations_ = kPresetIterations;
   btContactSolverInfo info_;
-  double warm_scale_ = 1;
   btRigidBody fixed_;
   std::vector<btCollisionObject*> bodies_;
   std::vector<AddedRow> rows_;

@@ -31,7 +31,7 @@ bool AreOnALine(std::span<const Vector3> places) {
 
 }  // namespace
 
-void Grips::Find(std::span<const AddedPair> pairs, double warm_scale, bool all_at_once) {
+void Grips::Find(std::span<const AddedPair> pairs, bool all_at_once) {
   groups_.clear();
   members_.clear();
   grips_.clear();
@@ -48,8 +48,8 @@ void Grips::Find(std::span<const AddedPair> pairs, double warm_scale, bool all_a
     // rows.
     grip.may_share =
         held <= kSharedMax * 2 * std::min(group.most[0], group.most[1]) && !all_at_once && !any.is_of_few();
-    grip.load = warm_scale * held;
-    grip.braked = warm_scale * group.braked;
+    grip.load = held;
+    grip.braked = group.braked;
     grip.count = static_cast<double>(std::max<size_t>(group.count, 1));
   }
 }

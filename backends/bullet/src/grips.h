@@ -18,7 +18,7 @@ struct AddedPair {
   Body* b;
   const ContactPair* pair;
   std::span<ContactPoint> points;
-  std::span<PointImpulse> impulses;  // of the last solve
+  std::span<PointImpulse> impulses;  // to start from
   uint32_t few;                      // the number of its island, if that is one of few; else Leaps::kNone
 
   bool is_of_few() const { return few != Leaps::kNone; }
@@ -41,8 +41,8 @@ struct Grip {
 /// them together more than friction can.
 class Grips {
  public:
-  /// Impulses of the last solve are multiplied by `warm_scale`. `all_at_once`: so will it be solved.
-  void Find(std::span<const AddedPair> pairs, double warm_scale, bool all_at_once);
+  /// `all_at_once`: so will it be solved.
+  void Find(std::span<const AddedPair> pairs, bool all_at_once);
 
   Grip Of(size_t pair) const;
 

@@ -58,7 +58,7 @@ void WarmStart::Begin() {
   std::sort(before_.begin(), before_.end(), [](const auto& x, const auto& y) { return ComesBefore(x, y); });
 }
 
-void WarmStart::Add(const MeetingPair& pair, std::span<const ContactPoint> points) {
+void WarmStart::Add(const MeetingPair& pair, double interval, std::span<const ContactPoint> points) {
   while (next_before_ < before_.size() && ComesBefore(before_[next_before_], pair)) {
     PassOver(before_[next_before_++]);
   }
@@ -71,13 +71,17 @@ void WarmStart::Add(const MeetingPair& pair, std::span<const ContactPoint> point
   PairMemory& memory = pairs_.emplace_back();
   memory.a = pair.a;
   memory.b = pair.b;
+  memory.interval = interval;
   memory.places.resize(points.size());
   memory.impulses.resize(points.size());
   // In the frame of what slides over the other its points stand still.
   const PlacedGeometry& frame = pair.b->body->motion_type == MotionType::kDynamic ? *pair.b : *pair.a;
+  const double scale = old != nullptr ? ImpulseScale(old->interval, interval) : 0;
   for (size_t i = 0; i < points.size(); ++i) {
     memory.places[i] = frame.placement.ToLocal(points[i].position);
-    memory.impulses[i] = old != nullptr ? TakeImpulseAt(memory.places[i], *old) : PointImpulse{};
+    if (old == nullptr) continue;
+    const PointImpulse last = TakeImpulseAt(memory.places[i], *old);
+    memory.impulses[i] = {scale * last.normal, scale * last.friction, scale * last.torque};
   }
 }
 
@@ -99,11 +103,6 @@ void WarmStart::ForgetRemoved() {
   resting_.EraseIf(IsOfRemoved);
 }
 
-double WarmStart::ScaleTo(double step_size) {
-  const double before = std::exchange(step_size_, step_size);
-  return before > 0 ? step_size / before : 1;
-}
-
 void WarmStart::Save(std::string& bytes) const {
   std::vector<const PairMemory*> all;
   const auto add = [&](const PairMemory& memory) {
@@ -112,13 +111,13 @@ void WarmStart::Save(std::string& bytes) const {
   for (const PairMemory& memory : pairs_) add(memory);
   resting_.ForEach(add);
   std::sort(all.begin(), all.end(), [](const auto* x, const auto* y) { return ComesBefore(*x, *y); });
-  Append(step_size_, bytes);
   Append(static_cast<uint64_t>(all.size()), bytes);
   for (const PairMemory* memory : all) {
     Append(memory->a->body->id.packed(), bytes);
     Append(memory->b->body->id.packed(), bytes);
     Append(memory->a->id, bytes);
     Append(memory->b->id, bytes);
+    Append(memory->interval, bytes);
     Append(static_cast<uint32_t>(memory->places.size()), bytes);
     for (size_t i = 0; i < memory->places.size(); ++i) {
       Append(memory->places[i], bytes);

@@ -32,6 +32,7 @@ using PerPoint = absl::InlinedVector<T, Manifold::kPointsPerNormal>;
 struct PairMemory {
   PlacedGeometry* a = nullptr;
   PlacedGeometry* b = nullptr;
+  double interval = 0;       // s, for which the impulses acted
   PerPoint<Vector3> places;  // of the points in the frame of the side that can move
   PerPoint<PointImpulse> impulses;
 };
@@ -42,8 +43,9 @@ class WarmStart {
   /// Starts a new list of pairs; those of the last one, and those of bodies that were woken since, are recognised.
   void Begin();
 
-  /// Adds the next pair, in canonical order, with impulses from where its points were before.
-  void Add(const MeetingPair& pair, std::span<const ContactPoint> points);
+  /// Adds the next pair, in canonical order, with impulses from where its points were before, for a solve that acts for
+  /// `interval` s.
+  void Add(const MeetingPair& pair, double interval, std::span<const ContactPoint> points);
 
   /// Ends the list. What was not met again is forgotten, unless both sides rest and nobody has looked.
   void End();
@@ -54,9 +56,6 @@ class WarmStart {
   /// Forgets the pairs of bodies that were removed. They must still be there.
   void ForgetRemoved();
   size_t size() const { return pairs_.size() + resting_.size(); }
-
-  /// By what to multiply the impulses of the last step for one of `step_size` seconds: they grow with the time.
-  double ScaleTo(double step_size);
 
   /// Appends all that the next solve depends on.
   void Save(std::string& bytes) const;
@@ -71,7 +70,6 @@ class WarmStart {
   RestingPairs<PairMemory, const Body*> resting_;
   std::vector<const Body*> woken_;
   size_t next_before_ = 0;
-  double step_size_ = 0;  // s, of the last solve; zero before the first
 };
 
 }  // namespace genphys::bullet_backend

@@ -94,9 +94,8 @@ PlacedGeometry& World::geometry(GeometryRow row) {
 }
 
 // The other engine may have had more points, or others: what held the pair is shared out to those that it has here.
-void World::Recall(const ContactBuffer& solved, double step_size) {
+void World::Recall(const ContactBuffer& solved) {
   ForgetRemoved();
-  warm_start_.ScaleTo(step_size);
   warm_start_.Begin();
   std::vector<ContactPoint> own;
   for (const ContactPair& pair : solved.pairs) {
@@ -104,7 +103,7 @@ void World::Recall(const ContactBuffer& solved, double step_size) {
     own.clear();
     FindPoints(pair.geometry_a, pair.geometry_b, own);
     if (own.empty()) continue;
-    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, own);
+    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, pair.interval, own);
     const std::span<PointImpulse> impulses(warm_start_.pairs().back().impulses);
     for (const ContactPoint& point : std::span(solved.points).subspan(pair.first_point, pair.point_count)) {
       const auto distance = [&](const ContactPoint& p) { return (p.position - point.position).squaredNorm(); };
@@ -128,11 +127,9 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     point.friction_impulse.setZero();
   }
   islands_.Find(state.rows(), rows, contacts, joint_rows);
-  const double warm_scale = warm_start_.ScaleTo(step_size);
   SortIntoGroups(contacts, joint_rows);
-  for (size_t i = 1; i < group_count_; ++i)
-    SolveGroup(groups_[i], true, step_size, warm_scale, state, contacts, joint_rows);
-  SolveGroup(groups_[0], false, step_size, warm_scale, state, contacts, joint_rows);
+  for (size_t i = 1; i < group_count_; ++i) SolveGroup(groups_[i], true, step_size, state, contacts, joint_rows);
+  SolveGroup(groups_[0], false, step_size, state, contacts, joint_rows);
   for (const EntityRow row : rows) Move(body(row), step_size, state);
 }
 
@@ -146,7 +143,7 @@ void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateA
 void World::RecogniseContacts(ContactBuffer& contacts) {
   warm_start_.Begin();
   for (const ContactPair& pair : contacts.pairs) {
-    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, PointsOf(pair, contacts));
+    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, pair.interval, PointsOf(pair, contacts));
   }
   warm_start_.End();
 }
@@ -179,10 +176,10 @@ void World::SortIntoGroups(const ContactBuffer& contacts, std::span<const JointR
   }
 }
 
-void World::SolveGroup(const Group& group, bool all_at_once, double step_size, double warm_scale,
-                       const StateArrays& state, ContactBuffer& contacts, std::span<JointRow> joint_rows) {
+void World::SolveGroup(const Group& group, bool all_at_once, double step_size, const StateArrays& state,
+                       ContactBuffer& contacts, std::span<JointRow> joint_rows) {
   ++group_stamp_;
-  solver_.Begin(step_size, warm_scale);
+  solver_.Begin(step_size);
   LoadContacts(group, state, contacts);
   LoadRows(group, state, joint_rows);
   if (!solver_.is_empty()) solver_.Solve(all_at_once);

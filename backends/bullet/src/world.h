@@ -32,7 +32,7 @@ class World final : public BackendWorld {
              std::span<JointRow> joint_rows) override;
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) override;
-  void Recall(const ContactBuffer& solved, double step_size) override;
+  void Recall(const ContactBuffer& solved) override;
   void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
 
  private:
@@ -49,7 +49,7 @@ class World final : public BackendWorld {
   };
 
   void SortIntoGroups(const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
-  void SolveGroup(const Group& group, bool all_at_once, double step_size, double warm_scale, const StateArrays& state,
+  void SolveGroup(const Group& group, bool all_at_once, double step_size, const StateArrays& state,
                   ContactBuffer& contacts, std::span<JointRow> joint_rows);
   void LoadContacts(const Group& group, const StateArrays& state, ContactBuffer& contacts);
   void LoadRows(const Group& group, const StateArrays& state, std::span<JointRow> joint_rows);

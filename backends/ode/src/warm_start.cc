@@ -33,11 +33,9 @@ void WarmStart::Memory::Clear() {
   pressures.clear();
 }
 
-void WarmStart::Begin(double step_size) {
+void WarmStart::Begin() {
   std::swap(now_, before_);
   now_.Clear();
-  scale_ = step_size_ > 0 ? step_size / step_size_ : 1;
-  step_size_ = step_size;
   index_.clear();
   for (uint32_t i = 0; i < before_.pairs.size(); ++i) index_.emplace_back(before_.pairs[i].key, i);
   // Of a scene to which nothing was added late they come in the order of their ids, which is that of their rows.
@@ -68,11 +66,11 @@ std::optional<uint32_t> WarmStart::FindPoint(const Pair& old, const Vector3& pla
   return nearest;
 }
 
-WarmStart::Recalled WarmStart::RecallAt(const Pair& old, uint32_t point, const Vector3& normal) const {
+WarmStart::Recalled WarmStart::RecallAt(const Pair& old, double scale, uint32_t point, const Vector3& normal) const {
   const Vector3& impulse = before_.impulses[point];
-  Recalled recalled{.braked = scale_ * old.braked, .grip = scale_ * old.grip};
+  Recalled recalled{.braked = scale * old.braked, .grip = scale * old.grip};
   if (old.strain > kStuckMax) return recalled;
-  recalled.given = scale_ * (before_.pressures[point] * normal + impulse - impulse.dot(normal) * normal);
+  recalled.given = scale * (before_.pressures[point] * normal + impulse - impulse.dot(normal) * normal);
   return recalled;
 }
 
@@ -102,45 +100,37 @@ WarmStart::Kept WarmStart::Keep(const Pair& pair) const {
     const auto first = all.begin() + pair.first;
     return std::vector(first, first + pair.count);
   };
-  return {pair, step_size_, own(now_.places), own(now_.impulses), own(now_.pressures)};
+  return {pair, own(now_.places), own(now_.impulses), own(now_.pressures)};
 }
 
 void WarmStart::Return(const Kept& kept) {
-  // They grow with the time for which a solve acts.
-  const double scale = kept.step_size > 0 ? step_size_ / kept.step_size : 1;
   Pair& pair = now_.pairs.emplace_back(kept.pair);
   pair.first = static_cast<uint32_t>(now_.places.size());
-  pair.braked *= scale;
-  pair.grip *= scale;
-  pair.load *= scale;
   now_.places.insert(now_.places.end(), kept.places.begin(), kept.places.end());
-  for (const Vector3& impulse : kept.impulses) now_.impulses.push_back(scale * impulse);
-  for (const double pressure : kept.pressures) now_.pressures.push_back(scale * pressure);
+  now_.impulses.insert(now_.impulses.end(), kept.impulses.begin(), kept.impulses.end());
+  now_.pressures.insert(now_.pressures.end(), kept.pressures.begin(), kept.pressures.end());
 }
 
-void WarmStart::TakeBack() {
-  std::swap(now_, before_);
-  step_size_ /= scale_;
-}
-
-bool WarmStart::Add(const Key& key, const Pose& frame, std::span<const ContactPoint> points, uint32_t first,
+bool WarmStart::Add(const Key& key, const Pose& frame, const ContactPair& pair, std::span<const ContactPoint> points,
                     std::span<Recalled> recalled) {
   now_.pairs.push_back({.key = key,
                         .first = static_cast<uint32_t>(now_.places.size()),
                         .count = static_cast<uint32_t>(points.size()),
-                        .first_point = first});
+                        .first_point = pair.first_point,
+                        .interval = pair.interval});
   const Quaternion back = frame.orientation.conjugate();
   for (const ContactPoint& point : points) now_.places.push_back(back * (point.position - frame.position));
   const Pair* const old = Find(key);
   if (old == nullptr) return false;
+  const double scale = ImpulseScale(old->interval, pair.interval);
   found_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
     found_.push_back(FindPoint(*old, now_.places[now_.pairs.back().first + i]));
     if (found_[i]) {
-      recalled[i] = RecallAt(*old, *found_[i], points[i].normal);
+      recalled[i] = RecallAt(*old, scale, *found_[i], points[i].normal);
     } else {
       // The points of a wheel are new ones all the time.
-      recalled[i].grip = scale_ * old->grip;
+      recalled[i].grip = scale * old->grip;
     }
   }
   if (points.size() > 1) ShareOut(*old, recalled);
@@ -172,7 +162,6 @@ void WarmStart::End(std::span<const ContactPoint> points) {
 }
 
 void WarmStart::Save(std::string& bytes) const {
-  Append(step_size_, bytes);
   Append(uint64_t{now_.pairs.size()}, bytes);
   // Which pair it is, its place among those that were solved tells; rows tell also in which order they were added.
   for (const Pair& pair : now_.pairs) {
@@ -182,13 +171,13 @@ void WarmStart::Save(std::string& bytes) const {
 }
 
 void WarmStart::Save(const Kept& kept, std::string& bytes) {
-  Append(kept.step_size, bytes);
   Save(kept.pair, kept.places, kept.impulses, kept.pressures, bytes);
 }
 
 void WarmStart::Save(const Pair& pair, std::span<const Vector3> places, std::span<const Vector3> impulses,
                      std::span<const double> pressures, std::string& bytes) {
   Append(pair.count, bytes);
+  Append(pair.interval, bytes);
   Append(pair.strain, bytes);
   Append(pair.braked, bytes);
   Append(pair.grip, bytes);

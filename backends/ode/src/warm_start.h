@@ -34,8 +34,8 @@ class WarmStart {
     std::optional<uint32_t> shared_axis;
   };
 
-  /// Begins a solve over `step_size` s with nothing to remember yet; what the last one left can be recognised.
-  void Begin(double step_size);
+  /// Begins a solve with nothing to remember yet; what the last one left can be recognised.
+  void Begin();
 
   /// What the last solve left of a pair.
   struct Kept;
@@ -49,11 +49,11 @@ class WarmStart {
   void Return(const Kept& kept);
 
   /// Forgets what was solved since Begin(), as for the same solve once more.
-  void TakeBack();
+  void TakeBack() { std::swap(now_, before_); }
 
-  /// Adds a pair with its `points`, the first of which is the `first` one of the contact buffer, and recalls each.
-  /// False if the pair was not there before. `frame` is the pose of the side in which its points stand still.
-  bool Add(const Key& key, const Pose& frame, std::span<const ContactPoint> points, uint32_t first,
+  /// Adds a `pair` of the contact buffer with its `points` and recalls each. False if the pair was not there before.
+  /// `frame` is the pose of the side in which its points stand still.
+  bool Add(const Key& key, const Pose& frame, const ContactPair& pair, std::span<const ContactPoint> points,
            std::span<Recalled> recalled);
 
   /// Remembers what the solve found, of all `points` of the contact buffer.
@@ -70,6 +70,7 @@ class WarmStart {
     uint32_t first = 0;  // in places and impulses
     uint32_t count = 0;
     uint32_t first_point = 0;          // in the contact buffer
+    double interval = 0;               // s, for which the impulses acted
     Vector3 braked = Vector3::Zero();  // N*s, of friction on b, in the mean of its points
     double grip = 0;                   // N*s, the most that it could have been
     double strain = 1;                 // the part that it took of what friction may hold
@@ -90,7 +91,7 @@ class WarmStart {
   const Pair* Find(const Key& key);
   double Bore(uint32_t point) const { return found_[point] ? before_.pressures[*found_[point]] : 0; }
   std::optional<uint32_t> FindPoint(const Pair& old, const Vector3& place) const;
-  Recalled RecallAt(const Pair& old, uint32_t point, const Vector3& normal) const;
+  Recalled RecallAt(const Pair& old, double scale, uint32_t point, const Vector3& normal) const;
   void ShareOut(const Pair& old, std::span<Recalled> recalled);
   bool ShareOut(const Pair& old, std::span<const uint32_t> order, bool is_first_alone, std::span<Recalled> recalled);
 
@@ -98,8 +99,6 @@ class WarmStart {
   Memory before_;
   std::vector<std::pair<Key, uint32_t>> index_;  // of before_, ascending
   size_t next_ = 0;                              // in the index, after who was found last: most are found in its order
-  double step_size_ = 0;                         // s, of the last solve; zero before the first
-  double scale_ = 0;                             // of impulses, from that to this one
   // Kept between calls for their memory only.
   std::vector<std::optional<uint32_t>> found_;  // which of before_ the points of a pair were
   std::vector<uint32_t> order_;
@@ -107,7 +106,6 @@ class WarmStart {
 
 struct WarmStart::Kept {
   Pair pair;
-  double step_size = 0;  // s, of the solve that left it
   std::vector<Vector3> places;
   std::vector<Vector3> impulses;
   std::vector<double> pressures;

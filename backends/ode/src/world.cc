@@ -120,7 +120,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     }
   }
   BringBack();
-  warm_start_.Begin(step_size);
+  warm_start_.Begin();
   solver_->Trim(static_cast<uint32_t>(held_rows_.size()));
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);

@@ -33,7 +33,7 @@ class World final : public BackendWorld {
              std::span<JointRow> joint_rows) override;
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) override;
-  void Recall(const ContactBuffer& solved, double step_size) override;
+  void Recall(const ContactBuffer& solved) override;
   void SaveState(std::string& bytes) const override;
 
  private:

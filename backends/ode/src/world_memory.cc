@@ -46,15 +46,14 @@ bool World::RecognisePair(const ContactPair& pair, const ContactBuffer& contacts
   const bool resists_turning = pair.material.rolling_friction > 0 || pair.material.spinning_friction > 0;
   // In the frame of what rests on the other its points stand still.
   const Pose& frame = b.motion_type == MotionType::kDynamic ? b.pose : a.pose;
-  const bool is_known =
-      warm_start_.Add({pair.geometry_a, pair.geometry_b, a.serial, b.serial}, frame,
-                      std::span(contacts.points).subspan(pair.first_point, pair.point_count), pair.first_point,
-                      std::span(recalled_).subspan(pair.first_point, pair.point_count));
+  const bool is_known = warm_start_.Add({pair.geometry_a, pair.geometry_b, a.serial, b.serial}, frame, pair,
+                                        std::span(contacts.points).subspan(pair.first_point, pair.point_count),
+                                        std::span(recalled_).subspan(pair.first_point, pair.point_count));
   return is_known && !resists_turning;
 }
 
-void World::Recall(const ContactBuffer& solved, double step_size) {
-  warm_start_.Begin(step_size);
+void World::Recall(const ContactBuffer& solved) {
+  warm_start_.Begin();
   recalled_.assign(solved.points.size(), {});
   for (const ContactPair& pair : solved.pairs) {
     if (!pair.is_sensor) RecognisePair(pair, solved);

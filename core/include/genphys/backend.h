@@ -82,13 +82,9 @@ class BackendWorld {
   /// Which bodies are harder to turn in the next Solve(), and in no other; an engine without joints is given none.
   virtual void ScaleInertia(std::span<const InertiaScale> scales) { static_cast<void>(scales); }
 
-  /// Impulses that held these contacts at the last solve, over `step_size` seconds and by another engine: a start for
-  /// the next solve here. Called once, when all bodies are added; an engine that starts every solve from nothing has no
-  /// use for it.
-  virtual void Recall(const ContactBuffer& solved, double step_size) {
-    static_cast<void>(solved);
-    static_cast<void>(step_size);
-  }
+  /// Impulses that held these contacts at the last solve, by another engine: a start for the next solve here. Called
+  /// once, when all bodies are added; an engine that starts every solve from nothing has no use for it.
+  virtual void Recall(const ContactBuffer& solved) { static_cast<void>(solved); }
 
   /// Appends all private state that the future depends on beyond what the layer knows (seeds, cached impulses).
   virtual void SaveState(std::string& bytes) const = 0;

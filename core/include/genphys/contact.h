@@ -40,10 +40,16 @@ struct ContactPair {
   /// m/s, world: how the surface of b runs against that of a, on top of how both move. Solve() takes what lies across
   /// the normal of a point as slip there; the layer fills it before.
   Vector3 surface_velocity = Vector3::Zero();
+  /// s, for which Solve() acts on the two, and what is held gives impulses that grow with it; the layer fills it
+  /// before.
+  double interval = 0;
   bool is_sensor = false;  // the engine must not push for it
   uint32_t first_point = 0;
   uint32_t point_count = 0;
 };
+
+/// By what to multiply an impulse that held something for `before` s, to hold it for `now` s.
+inline double ImpulseScale(double before, double now) { return before > 0 ? now / before : 1; }
 
 /// What touches, in canonical order: by (id of a, id of b, geometry id in a, geometry id in b).
 struct ContactBuffer {
