@@ -13,6 +13,14 @@ bool IsHeldBy(const ContactBuffer& contacts, const ContactPair& pair) {
   return !std::all_of(first, first + pair.point_count, [](const ContactPoint& point) { return point.is_ahead; });
 }
 
+// Whether the two part, so that they are nothing to each other in the step. What comes nearer may meet within it.
+bool Parts(const ContactBuffer& contacts, const ContactPair& pair) {
+  const auto first = contacts.points.begin() + pair.first_point;
+  return std::all_of(first, first + pair.point_count, [](const ContactPoint& point) {
+    return point.is_ahead && point.relative_velocity.dot(point.normal) > 0;
+  });
+}
+
 }  // namespace
 
 void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
@@ -42,7 +50,8 @@ void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const Co
   }
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = IslandOf(pair.entity_a, pair.entity_b);
-    if (!pair.is_sensor && island != kNone) islands_[island].contacts += pair.point_count;
+    if (pair.is_sensor || island == kNone || Parts(contacts, pair)) continue;
+    islands_[island].contacts += pair.point_count;
   }
   for (const JointRow& row : joint_rows) {
     const uint32_t island = IslandOf(row.a, row.b);

@@ -60,7 +60,9 @@ void StepRun::PrepareContacts(double h) {
       const double closing = -point.relative_velocity.dot(point.normal);
       const Vector3 slip = point.relative_velocity + pair.surface_velocity;
       point.friction = FrictionAt(pair.material, (slip - slip.dot(point.normal) * point.normal).norm());
-      point.is_ahead = is_solved_apart && point.depth < 0 &&
+      // What parts fast enough to be apart by the end is no more in touch.
+      const bool is_apart = point.depth < std::max(0.0, -closing * h);
+      point.is_ahead = is_solved_apart && is_apart &&
                        (point.depth < -kReleaseGap ||
                         std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
       point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);

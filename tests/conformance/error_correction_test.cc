@@ -146,5 +146,20 @@ TEST_P(Corrections, AreRefusedWhereThereAreNoContactsToCorrect) {
   EXPECT_EQ(refused->reason, Reason::kUnsupportedFeature);
 }
 
+TEST_P(Corrections, LeaveAloneWhoGetsOutByItself) {
+  Proves({Claim::kRestitution});
+  const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = Vector3::Zero()});
+  EntityDesc ball = Ball({0, 0, kRadius - 1e-3}, kRadius);
+  ball.rigid_body->linear_velocity = {0, 0, 1};
+  ball.rigid_body->geometries[0].material.restitution = 1;
+  ball.rigid_body->geometries[0].material.restitution_mixing = Mixing::kMaximum;
+  const EntityId id = Add(*world, ball);
+  for (int step = 1; step <= 5; ++step) {
+    Steps(*world, 1);
+    EXPECT_NEAR(PositionOf(*world, id).z(), kRadius - 1e-3 + step / 60.0, kRounded);
+    EXPECT_NEAR(VelocityOf(*world, id).z(), 1, kRounded);
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing
