@@ -33,11 +33,21 @@ double StepRun::WorkOwed(const Mover& mover, const Vector3& turned) {
   return std::max(done - has, 0.0);
 }
 
+// What joints give a body, J, that begins anew or was hit, while it turns about them: half of a substep of what bends
+// its way, which is across that only where the half before it was given, too. More than twice what it got is never
+// needed.
+double StepRun::WorkBegun(const Mover& mover, const Vector3& gained, double h) const {
+  if (mover.past > 0 && !world_.layer_.half_steps[Index(mover.row)].is_struck) return 0;
+  const double bend = h / 2 * mover.spin_given.cross(mover.linear_given).norm();
+  const double mass = world_.scene_.entities[Index(mover.row)]->mass.mass;
+  return mass * std::min(bend * bend / 2, gained.squaredNorm());
+}
+
 bool StepRun::IsMovedByOthers(EntityRow row) const {
   return row != kWorldRow && world_.active_[Index(row)] && !IsDynamic(row);
 }
 
-void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const {
+void StepRun::FindEnergies(double h, std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const {
   const Islands& islands = joints_.islands();
   for (const Mover& mover : movers_) {
     const uint32_t island = islands.IslandOf(mover.row);
@@ -49,7 +59,7 @@ void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEner
     SolveEnergy& energy = energies[island];
     energy.first += mass * mover.linear_given.dot(gained) + mover.spin_given.dot(tensor * turned);
     energy.second += (mass * gained.squaredNorm() + Square(tensor, turned)) / 2;
-    energy.allowed += WorkOwed(mover, turned);
+    energy.allowed += WorkOwed(mover, turned) + WorkBegun(mover, gained, h);
     // What the bend of its way takes and gives is evened out.
     energy.is_open |= joints_.IsFollowed(mover.row);
   }
@@ -70,7 +80,7 @@ void StepRun::FindEnergies(std::span<const JointRow> rows, std::vector<SolveEner
 void StepRun::RestrainJointed(double h, std::vector<JointRow>& rows) {
   if (rows.empty()) return;
   std::vector<SolveEnergy> energies(joints_.islands().islands().size());
-  FindEnergies(rows, energies);
+  FindEnergies(h, rows, energies);
   for (SolveEnergy& energy : energies) energy.Restrain();
   if (std::ranges::none_of(energies, &SolveEnergy::is_restrained)) return;
   const std::vector<JointRow> solved = rows;

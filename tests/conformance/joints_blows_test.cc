@@ -173,5 +173,45 @@ TEST_P(JointsBlows, MakeNoEnergyInRowsThatAreHitFromAllSides) {
   }
 }
 
+// From then on it goes round by itself, whether the blow came early in a substep, late, or with its end.
+TEST_P(JointsBlows, LeaveARodOnAHingeTheSpinThatTheyGaveIt) {
+  Proves({Claim::kJointHinge});
+  constexpr double kSpeed = 4, kRestitution = 0.5, kMass = 0.5, kPlace = 0.8, kRadius = 0.1, kHalf = 0.02;
+  const double inertia = 1.0 / 3 + kHalf * kHalf / 3;
+  const double impulse = (1 + kRestitution) * kSpeed / (1 / kMass + kPlace * kPlace / inertia);
+  const double spin = impulse * kPlace / inertia;
+  for (const double late : {-0.9, -0.5, -1e-3, 0.0, 1e-3, 0.5, 0.9}) {
+    SCOPED_TRACE(late);
+    const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+    const EntityId rod =
+        Add(*world, Thrown(Body(Box{{0.5, kHalf, kHalf}}, {0.5, 0, 0}), Vector3::Zero(), kRestitution));
+    const Vector3 above(kPlace, 0, kRadius + kHalf + kSpeed * (20 + late) * SubstepOf(*world));
+    Add(*world, Thrown(Ball(above, kRadius, kMass), {0, 0, -kSpeed}, kRestitution));
+    Join(*world, ToWorld(rod, HingeJoint{}, FrameAlong(Vector3::UnitY())));
+    Steps(*world, 30);
+    const double turn = spin * SubstepOf(*world);
+    EXPECT_NEAR(SpinOf(*world, rod).y(), spin, turn * turn / 6 * spin);
+  }
+}
+
+// The same where it touches something without friction meanwhile, so that an engine solves it, and is told how fast it
+// goes.
+TEST_P(JointsBlows, LeaveARodThatLiesOnTheFloorItsSpin) {
+  Proves({Claim::kJointHinge});
+  constexpr double kSpin = 5, kHalf = 0.02;
+  WorldDesc desc{.engine = GetParam(), .gravity = Vector3::Zero()};
+  desc.default_auto_disable.enabled = false;
+  const auto world = testing::MakeWorld(desc);
+  EntityDesc rod = Body(Box{{0.5, kHalf, kHalf}}, {0.5, 0, kHalf});
+  GeometryOf(rod).material.friction = 0;
+  const EntityId id = Add(*world, rod);
+  Join(*world, ToWorld(id, HingeJoint{}, FrameAlong(Vector3::UnitZ(), {0, 0, kHalf})));
+  Steps(*world, 20);
+  Do(*world, SetVelocity{id, Vector3(0, kSpin / 2, 0), Vector3(0, 0, kSpin)});
+  Steps(*world, 30);
+  const double turn = kSpin * SubstepOf(*world);
+  EXPECT_NEAR(SpinOf(*world, id).z(), kSpin, turn * turn / 6 * kSpin);
+}
+
 }  // namespace
 }  // namespace genphys::testing
