@@ -187,7 +187,7 @@ void JointStep::Push(JointBody& body, double h) {
   if (body.is_movable() && (half.restarts || half.is_struck)) may_jolt_ = true;
   if (body.is_movable() && !half.restarts) {
     body.linear_expected += body.interval * half.held_rate;
-    body.angular_expected += body.own_inverse * (half.held_momentum * (2 * body.interval / layer_.last_substep));
+    body.angular_expected += body.own_inverse * (body.interval * half.held_torque);
   }
   body.Foretell(h, body.angular_expected);
 }

@@ -105,7 +105,7 @@ void Put(ByteWriter& out, const LastTouch& value) {
 
 void Put(ByteWriter& out, const HalfStep& value) {
   const auto& [restarts, in_flight, has_past, since_restart, is_struck, is_woken, velocity, momentum, steady_kick,
-               steady_twist, held_velocity, held_momentum, held_rate, peak, unearned] = value;
+               steady_twist, held_velocity, held_momentum, held_rate, held_torque, peak, unearned] = value;
   out.Put(restarts);
   out.Put(in_flight);
   out.Put(has_past);
@@ -113,7 +113,7 @@ void Put(ByteWriter& out, const HalfStep& value) {
   out.Put(is_struck);
   out.Put(is_woken);
   for (const Vector3* v :
-       {&velocity, &momentum, &steady_kick, &steady_twist, &held_velocity, &held_momentum, &held_rate})
+       {&velocity, &momentum, &steady_kick, &steady_twist, &held_velocity, &held_momentum, &held_rate, &held_torque})
     out.Put(*v);
   out.Put(peak);
   out.Put(unearned);

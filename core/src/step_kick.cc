@@ -45,6 +45,14 @@ bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
              kBlowChange * kBlowChange * std::max(square, half.held_rate.squaredNorm());
 }
 
+// What holds a body that is followed through its turn turns with it, and goes on to change as it did, unless that was
+// more than turning explains. `ahead` is the time to come as a part of that in which it changed from what was before.
+Vector3 GoneOn(const Vector3& now, const Vector3& before, double ahead) {
+  const Vector3 change = now - before;
+  if (ahead == 0 || change.squaredNorm() > kResolvedTurn * kResolvedTurn * now.squaredNorm()) return now;
+  return now + ahead * change;
+}
+
 }  // namespace
 
 // About the centre of mass, in world coordinates.
@@ -238,24 +246,12 @@ bool StepRun::IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) co
   return is_rounding(gained, mover.linear_given) && is_rounding(turned, mover.momentum);
 }
 
-// What the engine made of the velocities that it was given, and the true ones at the boundary, which are shown.
-void StepRun::EndMover(Mover& mover, double h) {
+// What contacts and joints gave it until the middle of the substep, and what they owe it from there to the boundary.
+void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, const Vector3& turned) {
   const uint32_t row = Index(mover.row);
   HalfStep& half = world_.layer_.half_steps[row];
-  const BodyTraits& traits = world_.scene_.entities[row]->traits;
-  const Vector3 gained = state_.linear_velocities.col(row) - mover.linear_given;
-  // The engine turned the body by a mean spin; what it changed of that is an impulse, and the rest is the momentum.
-  const Vector3 turned = mover.turned.tensor * (state_.angular_velocities.col(row) - mover.spin_given);
+  const Vector3& outside = std::as_const(scratch_.accelerations)[mover.row];
   const double interval = mover.past + h / 2;
-
-  half.velocity = state_.linear_velocities.col(row);
-  half.momentum = mover.momentum + turned;
-  half.in_flight = IsUntouched(mover, gained, turned);
-  const Push steady = scratch_.wrenches.empty() ? mover.steady : SteadyPush(mover.row);
-  half.steady_kick = h / 2 * steady.acceleration;
-  half.steady_twist = h / 2 * steady.torque;
-  const Vector3 outside = steady.acceleration + mover.field.acceleration;
-  scratch_.accelerations[mover.row] = outside;
   const Vector3 rate = gained / interval;
   // What a joint gives when it begins is part of its course, and is known only then.
   const bool begins = !half.has_past && scratch_.jointed[mover.row];
@@ -267,15 +263,40 @@ void StepRun::EndMover(Mover& mover, double h) {
   if (is_reached) {
     // Of what joints gave it, how much they give all the time is not told by a blow, but by what they gave before.
     half.held_velocity = half.has_past ? Vector3(h / 2 * half.held_rate) : Vector3(Vector3::Zero());
-    if (!half.has_past) half.held_momentum.setZero();
+    if (!half.has_past) half.held_torque.setZero();
+    half.held_momentum = h / 2 * half.held_torque;
   } else if (is_jolted) {
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
+    half.held_torque.setZero();
   } else {
-    half.held_velocity = h / 2 / interval * gained;
-    half.held_momentum = h / 2 / interval * turned;
+    const Vector3 torque = turned / interval;
+    const double ahead = half.since_restart >= 2 && joints_.IsFollowed(mover.row) ? h / (2 * mover.past) : 0;
+    half.held_velocity = h / 2 * GoneOn(rate, half.held_rate, ahead);
+    half.held_momentum = h / 2 * GoneOn(torque, half.held_torque, ahead);
+    half.held_torque = torque;
   }
   if (!is_reached) half.held_rate = rate;
+}
+
+// What the engine made of the velocities that it was given, and the true ones at the boundary, which are shown.
+void StepRun::EndMover(Mover& mover, double h) {
+  const uint32_t row = Index(mover.row);
+  HalfStep& half = world_.layer_.half_steps[row];
+  const BodyTraits& traits = world_.scene_.entities[row]->traits;
+  const Vector3 gained = state_.linear_velocities.col(row) - mover.linear_given;
+  // The engine turned the body by a mean spin; what it changed of that is an impulse, and the rest is the momentum.
+  const Vector3 turned = mover.turned.tensor * (state_.angular_velocities.col(row) - mover.spin_given);
+
+  half.velocity = state_.linear_velocities.col(row);
+  half.momentum = mover.momentum + turned;
+  half.in_flight = IsUntouched(mover, gained, turned);
+  const Push steady = scratch_.wrenches.empty() ? mover.steady : SteadyPush(mover.row);
+  half.steady_kick = h / 2 * steady.acceleration;
+  half.steady_twist = h / 2 * steady.torque;
+  const Vector3 outside = steady.acceleration + mover.field.acceleration;
+  scratch_.accelerations[mover.row] = outside;
+  HoldOver(mover, h, gained, turned);
   half.has_past = true;
   half.restarts = false;
   half.is_struck = false;
@@ -337,6 +358,7 @@ void StepRun::KeepEarned(Mover& mover, double h, const Vector3& turned) {
   if (excess > 0 || spun.norm() * h > kResolvedTurn) {
     half.held_velocity.setZero();
     half.held_momentum.setZero();
+    half.held_torque.setZero();
   }
 }
 

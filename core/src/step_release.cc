@@ -43,6 +43,7 @@ void StepRun::PayReleased() {
     half.momentum += half.held_momentum;
     half.held_velocity.setZero();
     half.held_momentum.setZero();
+    half.held_torque.setZero();
   }
 }
 

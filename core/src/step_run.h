@@ -112,6 +112,7 @@ class StepRun {
   void KickMover(Mover& mover, double h);
   void TakeTensors(Mover& mover) const;
   void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
+  void HoldOver(const Mover& mover, double h, const Vector3& gained, const Vector3& turned);
   void EndMover(Mover& mover, double h);
   void KeepEarned(Mover& mover, double h, const Vector3& turned);
 

@@ -92,6 +92,7 @@ struct HalfStep {
   Vector3 held_velocity = Vector3::Zero();  // m/s still owed by contacts and joints
   Vector3 held_momentum = Vector3::Zero();  // N*m*s
   Vector3 held_rate = Vector3::Zero();      // m/s^2, by contacts and joints in the last substep
+  Vector3 held_torque = Vector3::Zero();    // N*m, the same
   double peak = 0;                          // J, of its turning while joints hold it: the most that it lately had
   double unearned = 0;                      // J, of that: what it got beyond what was done to it
 
