@@ -90,9 +90,9 @@ class JointStep {
   /// to be held together did not move together.
   bool IsJolted(EntityRow row, const Vector3& gained, const Vector3& turned) const;
 
-  /// Allows each island (by its number) the energy that motors and springs gave it in that solve, and what it takes to
-  /// make up for errors.
-  void AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
+  /// Allows each island (by its number) the energy that motors and springs gave it in that solve over `h` seconds, and
+  /// what it takes to make up for errors; and says how much ways bend where somebody begins to turn.
+  void AllowWork(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
 
   /// Takes what that solve made of the rows. Velocities must still be those by which it moved the bodies.
   void Take(double h);
@@ -177,6 +177,8 @@ class JointStep {
   const JointBody& BodyAt(EntityRow side) const;
   // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns.
   double BendAt(const JointRow& row, double h) const;
+  // Those of a joint that say where its point is.
+  static bool BendsAlike(const JointRow& a, const JointRow& b);
   // Whether a row is aimed at more than the bend of its way.
   bool MakesUpForMuch(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const;
   bool IsResolved(std::span<const uint32_t> mine, double h) const;

@@ -29,12 +29,11 @@ constexpr int kAimsMax = 6;
 // m/s or rad/s: less is no bend.
 constexpr double kLeastBend = 1e-6;
 
-// Those of a joint that say where its point is.
-bool BendsAlike(const JointRow& a, const JointRow& b) {
+}  // namespace
+
+bool JointStep::BendsAlike(const JointRow& a, const JointRow& b) {
   return a.kind == b.kind && a.a == b.a && a.b == b.b && a.point == b.point;
 }
-
-}  // namespace
 
 double JointStep::BendAt(const JointRow& row, double h) const {
   double bend = 0;

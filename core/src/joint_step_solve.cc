@@ -208,15 +208,18 @@ void JointStep::TakeLeft(std::vector<JointRow>& rows) {
   for (size_t i = 0; i < left_rows_.size(); ++i) rows[left_[i]].impulse = left_rows_[i].impulse;
 }
 
-void JointStep::AllowWork(std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
+void JointStep::AllowWork(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {
   const auto mean_of = [&](const JointBody& body) -> Velocities {
     if (body.row == kWorldRow) return {};
     return {(body.linear_given + state_.linear_velocities.col(Index(body.row))) / 2,
             (body.angular_given + state_.angular_velocities.col(Index(body.row))) / 2};
   };
-  for (const JointRow& row : rows) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const JointRow& row = rows[i];
     const uint32_t island = islands_.IslandOf(row.a, row.b);
     if (island == Islands::kNone) continue;
+    const bool is_another_point = i == 0 || !BendsAlike(rows[i - 1], row);
+    if (may_jolt_ && row.kind == JointRow::Kind::kLinear && is_another_point) energies[island].bend += BendAt(row, h);
     if (!row.is_driven) {
       energies[island].allowed += row.repair;
       continue;

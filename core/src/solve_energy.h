@@ -11,6 +11,7 @@ struct SolveEnergy {
   double first = 0;
   double second = 0;
   double allowed = 0;          // by so much it may grow
+  double bend = 0;             // m/s, of the velocity of who turns about its joints, at most, if anybody begins to
   bool is_open = false;        // something moves it that no solve moves
   bool is_restrained = false;  // by part < 1
   bool is_layers = false;      // the layer solved it, not the engine

@@ -36,10 +36,11 @@ double StepRun::WorkOwed(const Mover& mover, const Vector3& turned) {
 // What joints give a body, J, that begins anew or was hit, while it turns about them: half of a substep of what bends
 // its way, which is across that only where the half before it was given, too. More than twice what it got is never
 // needed.
-double StepRun::WorkBegun(const Mover& mover, const Vector3& gained, double h) const {
-  if (mover.past > 0 && !world_.layer_.half_steps[Index(mover.row)].is_struck) return 0;
-  const double bend = h / 2 * mover.spin_given.cross(mover.linear_given).norm();
+double StepRun::WorkBegun(const Mover& mover, const Vector3& gained, double h, double bend_most) const {
+  const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+  if (!half.restarts && !half.is_struck) return 0;
   const double mass = world_.scene_.entities[Index(mover.row)]->mass.mass;
+  const double bend = std::min(bend_most, h / 2 * mover.spin_given.cross(mover.linear_given).norm());
   return mass * std::min(bend * bend / 2, gained.squaredNorm());
 }
 
@@ -49,6 +50,7 @@ bool StepRun::IsMovedByOthers(EntityRow row) const {
 
 void StepRun::FindEnergies(double h, std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const {
   const Islands& islands = joints_.islands();
+  joints_.AllowWork(h, rows, energies);
   for (const Mover& mover : movers_) {
     const uint32_t island = islands.IslandOf(mover.row);
     if (island == Islands::kNone || islands.islands()[island].joint_rows == 0) continue;
@@ -59,11 +61,10 @@ void StepRun::FindEnergies(double h, std::span<const JointRow> rows, std::vector
     SolveEnergy& energy = energies[island];
     energy.first += mass * mover.linear_given.dot(gained) + mover.spin_given.dot(tensor * turned);
     energy.second += (mass * gained.squaredNorm() + Square(tensor, turned)) / 2;
-    energy.allowed += WorkOwed(mover, turned) + WorkBegun(mover, gained, h);
+    energy.allowed += WorkOwed(mover, turned) + WorkBegun(mover, gained, h, energy.bend);
     // What the bend of its way takes and gives is evened out.
     energy.is_open |= joints_.IsFollowed(mover.row);
   }
-  joints_.AllowWork(rows, energies);
   const auto open = [&](EntityRow a, EntityRow b) {
     const uint32_t island = islands.IslandOf(a, b);
     if (island != Islands::kNone) energies[island].is_open = true;

@@ -148,7 +148,7 @@ class StepRun {
   void FindEnergies(double h, std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
   void RestrainJointed(double h, std::vector<JointRow>& rows);
   static double WorkOwed(const Mover& mover, const Vector3& turned);
-  double WorkBegun(const Mover& mover, const Vector3& gained, double h) const;
+  double WorkBegun(const Mover& mover, const Vector3& gained, double h, double bend_most) const;
   std::vector<Restrained> RestrainedBodies(std::span<const SolveEnergy> energies) const;
   void GoQuietly(double h, std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies,
                  std::vector<Restrained>& bodies);
