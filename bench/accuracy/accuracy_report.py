@@ -43,8 +43,6 @@ REASONS: dict[str, str] = {
     "B5": "at steps this coarse our errors still rise and fall with the step: it does not converge yet",
     "B11.hanging": "what only hangs is right to a millionth of its length in both; our error falls with the square of the "
                    "step, and begins higher",
-    "C6.hung": "two bodies, of which a step costs us several of ODE's: our next point costs a fifth more, and errs by a "
-               "quarter of this",
 }
 """Why our model is not ahead at equal cost, by problem."""
 
