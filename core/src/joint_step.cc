@@ -6,9 +6,13 @@
 #include "free_rotation.h"
 #include "joints/inertia_factor.h"
 #include "joints/kinds.h"
+#include "joints/row_rate.h"
 
 namespace genphys {
 namespace {
+
+// rad in a substep: from the rates of who turns farther rows cannot tell where it comes to.
+constexpr double kToldTurn = 1;
 
 double Fade(double value, double full, double none) { return std::clamp((none - value) / (none - full), 0.0, 1.0); }
 
@@ -131,7 +135,7 @@ void JointStep::Load(JointBody& body, double h) const {
   body.pull.setZero();
   body.swing = body.pulled = 0;
   body.is_followed = false;
-  body.interval = std::numeric_limits<double>::infinity();
+  body.interval = body.spin_most = std::numeric_limits<double>::infinity();
   const bool is_dynamic = rigid && rigid->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !active_[row]) {
     body.axes = body.pose.orientation.toRotationMatrix();
@@ -152,7 +156,35 @@ void JointStep::SortHeld() {
 void JointStep::Begin(double h) {
   SortHeld();
   for (JointBody& body : bodies().subspan(1)) Load(body, h);
+  CatchTorn(h);
   Stiffen(h);
+}
+
+// What was torn off a joint and goes round so far in a substep that its rates say nothing of where its end of the joint
+// comes to. By a whole turn in each it would seem to stand still while it flies away, and no row would ever know. So it
+// goes round only as far as rows can tell until it is back.
+void JointStep::CatchTorn(double h) {
+  const auto goes_round = [&](const JointBody& body, const Pose& frame) {
+    const Vector3 end = JointSide::Now(body, frame).frame.position - body.center;
+    const Vector3& spin = body.angular_velocity;
+    return body.is_movable() && spin.norm() * h > kToldTurn && spin.cross(end).norm() > kCorrectionSpeedMax;
+  };
+  const auto is_torn = [](std::span<const JointRow> rows) {
+    double square = 0;
+    for (const JointRow& row : rows) {
+      if (IsLocked(row) && row.kind == JointRow::Kind::kLinear) square += row.target * row.target;
+    }
+    return square >= kCorrectionSpeedMax * kCorrectionSpeedMax;
+  };
+  for (const Held& held : held_) {
+    const JointDesc& desc = scene_.joints[held.slot]->desc;
+    JointBody &a = bodies_[held.a], &b = bodies_[held.b];
+    const bool round_a = goes_round(a, *desc.frame_in_a), round_b = goes_round(b, *desc.frame_in_b);
+    if (!(round_a || round_b) || !MayHold(desc)) continue;
+    if (!is_torn(RowsBetween(held.slot, a, b, h))) continue;
+    if (round_a) a.spin_most = kToldTurn / h;
+    if (round_b) b.spin_most = kToldTurn / h;
+  }
 }
 
 void JointStep::Stiffen(double h) {

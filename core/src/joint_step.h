@@ -170,6 +170,7 @@ class JointStep {
   bool MayHold(const JointDesc& desc) const;
   void Load(JointBody& body, double h) const;
   void Stiffen(double h);
+  void CatchTorn(double h);
   template <typename Visit>
   void VisitPulls(std::span<const JointRow> rows, std::span<const uint32_t> mine, Visit&& visit);
   bool MayBeSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);

@@ -205,8 +205,10 @@ void StepRun::KickMover(Mover& mover, double h) {
   state_.linear_velocities.col(row) = mover.linear_given;
 
   Vector3 spin = mover.turned.inverse * mover.momentum;
-  if (spin.squaredNorm() > traits.angular_speed_max * traits.angular_speed_max) {
-    spin = Limited(spin, traits.angular_speed_max);
+  const double spin_most =
+      held != nullptr ? std::min(traits.angular_speed_max, held->spin_most) : traits.angular_speed_max;
+  if (spin.squaredNorm() > spin_most * spin_most) {
+    spin = Limited(spin, spin_most);
     mover.momentum = mover.turned.tensor * spin;
   }
   if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), mover.momentum);

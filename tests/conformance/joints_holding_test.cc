@@ -256,6 +256,41 @@ TEST_P(JointsHolding, JointsThatContradictEachOtherLeaveTheirWorldUsable) {
   }
 }
 
+// By a whole turn in each substep it seems to stand still at every solve while it flies away from its joint.
+TEST_P(JointsHolding, WhatGoesRoundByWholeTurnsComesBackToItsJoint) {
+  Proves({Claim::kJointBall, Claim::kJointHinge});
+  constexpr double kHalf = 0.5, kFar = 5;
+  for (const JointKind& kind : {JointKind(BallJoint{}), JointKind(HingeJoint{})}) {
+    for (const double turns : {0.5, 1.0, 1.5, 2.0}) {
+      const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+      EntityDesc rod = Body(Capsule{0.1, kHalf - 0.1}, {kFar, 0, -kHalf});
+      const Vector3 spin = 2 * M_PI * turns / SubstepOf(*world) * Vector3::UnitY();
+      rod.rigid_body->angular_velocity = spin;
+      rod.rigid_body->linear_velocity = -spin.cross(kHalf * Vector3::UnitZ());
+      const EntityId id = Add(*world, rod);
+      JointDesc joint = ToWorld(id, kind, FrameAlong(Vector3::UnitY()));
+      joint.frame_in_b = FrameAlong(Vector3::UnitY(), kHalf * Vector3::UnitZ());
+      const JointId held = Join(*world, joint);
+      Steps(*world, 180);
+      EXPECT_LE(GapOf(*world, held), 1e-3) << turns << " turns, kind " << kind.index();
+    }
+  }
+}
+
+TEST_P(JointsHolding, AWheelSpinsByWholeTurnsAsLongAsItIsOnItsAxle) {
+  Proves({Claim::kJointHinge});
+  for (const double turns : {0.5, 1.0, 2.0}) {
+    const auto world = MakeSpace(GetParam());
+    EntityDesc wheel = Body(Cylinder{0.3, 0.05}, {0, 0, 0});
+    const Vector3 spin = 2 * M_PI * turns / SubstepOf(*world) * Vector3::UnitZ();
+    wheel.rigid_body->angular_velocity = spin;
+    const EntityId id = Add(*world, wheel);
+    Join(*world, ToWorld(id, HingeJoint{}));
+    Steps(*world, 60);
+    EXPECT_NEAR(SpinOf(*world, id).z(), spin.z(), 1e-6 * spin.z()) << turns << " turns";
+  }
+}
+
 // What they cannot do the engine has to live with, for what touches something is the engine's.
 TEST_P(JointsHolding, JointsThatContradictEachOtherLeaveTheirWorldUsableUnderWhatFallsOnThem) {
   Proves({Claim::kJointHinge, Claim::kJointSlider});

@@ -19,15 +19,16 @@ struct JointBody {
   Vector3 angular_velocity = Vector3::Zero();
   Vector3 linear_given = Vector3::Zero();  // the same until the solve
   Vector3 angular_given = Vector3::Zero();
-  Vector3 angular_kick = Vector3::Zero();                     // of that, by torques of the substep
-  Vector3 momentum_given = Vector3::Zero();                   // kg*m^2/s, angular, with that spin before the solve
-  double inverse_mass = 0;                                    // 1/kg
-  Matrix3 own_tensor = Matrix3::Zero();                       // kg*m^2, world
-  Matrix3 own_inverse = Matrix3::Zero();                      // of that, 1/(kg*m^2)
-  Matrix3 inverse_tensor = Matrix3::Zero();                   // the same of what joints find
-  double factor = 1;                                          // by which that is harder to turn: see InertiaFactor()
-  double expected_factor = 1;                                 // the same before forces acted
-  double interval = std::numeric_limits<double>::infinity();  // s, for which a solve acts on it
+  Vector3 angular_kick = Vector3::Zero();                      // of that, by torques of the substep
+  Vector3 momentum_given = Vector3::Zero();                    // kg*m^2/s, angular, with that spin before the solve
+  double inverse_mass = 0;                                     // 1/kg
+  Matrix3 own_tensor = Matrix3::Zero();                        // kg*m^2, world
+  Matrix3 own_inverse = Matrix3::Zero();                       // of that, 1/(kg*m^2)
+  Matrix3 inverse_tensor = Matrix3::Zero();                    // the same of what joints find
+  double factor = 1;                                           // by which that is harder to turn: see InertiaFactor()
+  double expected_factor = 1;                                  // the same before forces acted
+  double interval = std::numeric_limits<double>::infinity();   // s, for which a solve acts on it
+  double spin_most = std::numeric_limits<double>::infinity();  // rad/s, with which the substep may begin
   // What the velocities will be if contacts and joints go on as in the last substep, and where that leads.
   Vector3 linear_expected = Vector3::Zero();
   Vector3 angular_expected = Vector3::Zero();

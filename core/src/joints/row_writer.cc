@@ -10,9 +10,7 @@ namespace {
 // The part of an error that one substep takes away. The rest of the first order is what a whole one would overshoot by
 // when a solver stops early.
 constexpr double kCorrected = 1;
-// No error is taken away faster than this: what was joined far apart comes together without a bang.
-constexpr double kCorrectionSpeedMax = 10;  // m/s
-constexpr double kCorrectionSpinMax = 20;   // rad/s
+constexpr double kCorrectionSpinMax = 20;  // rad/s, as kCorrectionSpeedMax
 // What making up for errors may give to what would else stand still.
 constexpr double kQuietSpeed = 0.3;  // m/s
 constexpr double kQuietSpin = 0.5;   // rad/s

@@ -11,6 +11,9 @@
 
 namespace genphys {
 
+/// No error is taken away faster than this (m/s): what was joined far apart comes together without a bang.
+inline constexpr double kCorrectionSpeedMax = 10;
+
 /// A coordinate of a joint at the present poses: rate = axis * (relative velocity or spin) / scale.
 struct Coordinate {
   size_t place = 0;                 // as kJointCoordinates lists them
