@@ -53,9 +53,8 @@ def forces(world: genphys.World, count: int) -> Iterator[float]:
 
 def to_numpy(world: genphys.World, count: int) -> Iterator[float]:
     """Reads the same reply again and again."""
-    prepared = world._prepare_step(
-        1, frame=True, events=False, stats=False, step_size=None, expected_step=None
-    )
+    request = world._step_request(1, frame=True, events=False, stats=False, step_size=None, expected_step=None)
+    prepared = world._take_along(request)
     response = world._connection.call("Step", prepared.request)
     for _ in range(count):
         # Protobuf keeps what it has handed out, so that each pass needs a message of its own.
