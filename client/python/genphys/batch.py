@@ -78,6 +78,8 @@ class Batch(Commands):
 
     def _settle(self, id_of: Callable[[int], int | None]) -> tuple[Entity, ...]:
         """Gives what was created the id that its command got, if that is known, and returns the entities in order."""
+        if not (self._created or self._joined or self._created_fields):
+            return ()
         for handles in (self._created, self._joined, self._created_fields):
             for index, handle in handles.items():
                 handle._id = id_of(index)

@@ -93,7 +93,7 @@ class Frame:
     AttributeError.
     """
 
-    __slots__ = ("_message", "_rows", "_stamp", "_columns", "_wanted")
+    __slots__ = ("_message", "_rows", "_stamp", "_columns", "_dtype", "_wanted")
 
     def __init__(self, message: Any, rows: Rows | None = None, stamp: Any = None, wanted: Any = None) -> None:
         self._message = message
@@ -102,6 +102,7 @@ class Frame:
         self._rows = rows or Rows((0, 0), message.entity_ids)
         self._stamp = message.stamp if stamp is None else stamp
         self._columns: dict[str, FloatColumn] = {}
+        self._dtype: np.dtype[Any] | None = None
 
     @property
     def stamp(self) -> Stamp:
@@ -225,9 +226,13 @@ class Frame:
         # Kept, because protobuf copies a bytes field each time that it is read.
         column = self._columns.get(name)
         if column is None:
-            self._check_asked(name)
-            column = np.frombuffer(getattr(self._message, name), _DTYPES[self._message.scalar]).reshape(-1, width)
-            if len(column) != len(self._rows.ids):
+            if self._dtype is None:
+                self._dtype = _DTYPES[self._message.scalar]
+            column = np.frombuffer(getattr(self._message, name), self._dtype).reshape(-1, width)
+            rows = len(self._rows.ids)
+            if rows == 0:
+                self._check_asked(name)
+            if len(column) != rows:
                 raise AttributeError(f"{name} were not asked for: see FrameRequest")
             self._columns[name] = column
         return column

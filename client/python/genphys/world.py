@@ -44,10 +44,11 @@ class PreparedStep:
         world = self.world
         created = self._settle(lambda index: response.results[index].created_id)
         rows, whole = self._whole(response.frame)
+        events = response.events.events
         return StepResult(
             response,
             rows,
-            tuple(world._event(message) for message in response.events.events),
+            tuple(map(world._event, events)) if events else (),
             created,
             stats_of(response.stats) if self.request.stats else None,
             whole,
