@@ -10,10 +10,6 @@ namespace genphys {
 namespace {
 
 constexpr int kSizeMax = 3 * static_cast<int>(kBlowsAtOnce);
-using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kSizeMax, 1>;
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kSizeMax, kSizeMax>;
-using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kSizeMax>;
-using Rows2 = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kSizeMax>;
 using Vector2 = Eigen::Vector2d;
 using Matrix2 = Eigen::Matrix2d;
 
@@ -28,11 +24,18 @@ constexpr double kSettled = 1e-12;
 // all of which this takes the smallest change.
 constexpr double kGive = 1e-8;
 
-// Rates and impulses of all blows in a column, three each: along the normal and across it, twice.
+// Rates and impulses of all blows in a column, three each: along the normal and across it, twice. `kCount` is how many
+// there are, if that is known beforehand, or Eigen::Dynamic.
+template <int kCount>
 class System {
  public:
+  static constexpr int kSize = kCount == Eigen::Dynamic ? Eigen::Dynamic : 3 * kCount;
+  static constexpr int kRoom = kCount == Eigen::Dynamic ? kSizeMax : 3 * kCount;
+  using Column = Eigen::Matrix<double, kSize, 1, 0, kRoom, 1>;
+  using Square = Eigen::Matrix<double, kSize, kSize, 0, kRoom, kRoom>;
+
   System(std::span<const Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates)
-      : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()), scales_(Count()) {
+      : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()) {
     for (size_t i = 0; i < blows.size(); ++i) {
       axes_[i].col(0) = blows[i].normal;
       axes_[i].col(1) = blows[i].normal.unitOrthogonal();
@@ -41,20 +44,21 @@ class System {
     for (Eigen::Index i = 0; i < Count(); ++i) {
       for (Eigen::Index j = i; j < Count(); ++j) {
         const Matrix3 answer = Answer(bodies, At(i), At(j));
-        answers_.block<3, 3>(3 * i, 3 * j) = answer;
-        answers_.block<3, 3>(3 * j, 3 * i) = answer.transpose();
+        answers_.template block<3, 3>(3 * i, 3 * j) = answer;
+        answers_.template block<3, 3>(3 * j, 3 * i) = answer.transpose();
       }
       const Blow& blow = blows[At(i)];
-      impulses_.segment<3>(3 * i) = axes_[At(i)].transpose() * (blow.impulse * blow.normal + blow.rubbing);
-      free_.segment<3>(3 * i) = rates[At(i)];
-      scales_[i] = std::max(answers_.diagonal().segment<3>(3 * i).maxCoeff(), std::numeric_limits<double>::min());
+      impulses_.template segment<3>(3 * i) = axes_[At(i)].transpose() * (blow.impulse * blow.normal + blow.rubbing);
+      free_.template segment<3>(3 * i) = rates[At(i)];
+      scales_[At(i)] =
+          std::max(answers_.diagonal().template segment<3>(3 * i).maxCoeff(), std::numeric_limits<double>::min());
     }
     free_.noalias() -= answers_ * impulses_;
   }
 
   const Column& impulses() const { return impulses_; }
   Vector3 ImpulseOn(const Column& impulses, size_t blow) const {
-    return axes_[blow] * impulses.segment<3>(3 * static_cast<Eigen::Index>(blow));
+    return axes_[blow] * impulses.template segment<3>(3 * static_cast<Eigen::Index>(blow));
   }
 
   // What `impulses` lack to be as the laws want them, m/s, with that part of friction, and how that changes with them
@@ -80,7 +84,7 @@ class System {
     Matrix3 sum = Matrix3::Zero();
     for (const auto& [here, sign] : {std::pair(one.body_a, -1.0), std::pair(one.body_b, 1.0)}) {
       for (const auto& [there, other_sign] : {std::pair(other.body_a, -1.0), std::pair(other.body_b, 1.0)}) {
-        if (here != there) continue;
+        if (here != there || bodies[here].inverse_mass == 0) continue;
         const StruckBody& body = bodies[here];
         const Matrix3 shift = body.inverse_mass * body.freedom.asDiagonal().toDenseMatrix();
         const Matrix3 turn =
@@ -101,16 +105,16 @@ class System {
   void LackingOf(Eigen::Index blow, double friction, const Column& impulses, const Column& rates, Column& lacking,
                  Square* slope) const {
     const Eigen::Index n = 3 * blow;
-    const double scale = scales_[blow];
+    const double scale = scales_[At(blow)];
     const double pressed = scale * impulses[n] - rates[n];
-    const Vector2 rubbed = scale * impulses.segment<2>(n + 1) - rates.segment<2>(n + 1);
+    const Vector2 rubbed = scale * impulses.template segment<2>(n + 1) - rates.template segment<2>(n + 1);
     const bool presses = pressed > 0;
     const double bound = friction * std::max(pressed, 0.0), size = rubbed.norm();
     const bool slips = size > bound;
     lacking[n] = presses ? rates[n] : scale * impulses[n];
     const Vector2 way = size > 0 ? Vector2(rubbed / size) : Vector2(Vector2::Zero());
-    lacking.segment<2>(n + 1) =
-        slips ? Vector2(scale * impulses.segment<2>(n + 1) - bound * way) : Vector2(rates.segment<2>(n + 1));
+    lacking.template segment<2>(n + 1) = slips ? Vector2(scale * impulses.template segment<2>(n + 1) - bound * way)
+                                               : Vector2(rates.template segment<2>(n + 1));
     if (slope == nullptr) return;
     if (presses) {
       slope->row(n) = answers_.row(n);
@@ -119,35 +123,36 @@ class System {
       (*slope)(n, n) = scale;
     }
     if (!slips) {
-      slope->middleRows<2>(n + 1) = answers_.middleRows<2>(n + 1);
-      slope->diagonal().segment<2>(n + 1).array() += kGive * scale;
+      slope->template middleRows<2>(n + 1) = answers_.template middleRows<2>(n + 1);
+      slope->diagonal().template segment<2>(n + 1).array() += kGive * scale;
       return;
     }
-    slope->block<2, 2>(n + 1, n + 1) = scale * Matrix2::Identity();
+    slope->template block<2, 2>(n + 1, n + 1) = scale * Matrix2::Identity();
     if (!presses || !(friction > 0)) return;
-    Row press = -answers_.row(n);
-    Rows2 rub = -answers_.middleRows<2>(n + 1);
+    Eigen::Matrix<double, 1, kSize, Eigen::RowMajor, 1, kRoom> press = -answers_.row(n);
+    Eigen::Matrix<double, 2, kSize, 0, 2, kRoom> rub = -answers_.template middleRows<2>(n + 1);
     press[n] += scale;
-    rub.block<2, 2>(0, n + 1) += scale * Matrix2::Identity();
+    rub.template block<2, 2>(0, n + 1) += scale * Matrix2::Identity();
     const Matrix2 turned = bound / size * (Matrix2::Identity() - way * way.transpose());
-    slope->middleRows<2>(n + 1).noalias() -= friction * way * press;
-    slope->middleRows<2>(n + 1).noalias() -= turned.lazyProduct(rub);
+    slope->template middleRows<2>(n + 1).noalias() -= friction * way * press;
+    slope->template middleRows<2>(n + 1).noalias() -= turned.lazyProduct(rub);
   }
 
   std::span<const Blow> blows_;
   std::array<Matrix3, kBlowsAtOnce> axes_;
-  Square answers_;   // 1/kg
-  Column impulses_;  // N*s
-  Column free_;      // m/s, without impulses and beyond what is asked for
-  Column scales_;    // 1/kg, by blow
+  Square answers_;                           // 1/kg
+  Column impulses_;                          // N*s
+  Column free_;                              // m/s, without impulses and beyond what is asked for
+  std::array<double, kBlowsAtOnce> scales_;  // 1/kg, by blow
 };
 
 // From `impulses` as near to the laws as it comes before so many iterations do not help, with a part of friction;
 // returns what is left, m/s.
-double Approach(const System& system, double friction, int patience, Column& impulses) {
-  Column present = impulses;
-  Square slope;
-  Column lacking = system.Lacking(present, friction, &slope);
+template <typename System>
+double Approach(const System& system, double friction, int patience, typename System::Column& impulses) {
+  typename System::Column present = impulses;
+  typename System::Square slope;
+  typename System::Column lacking = system.Lacking(present, friction, &slope);
   double left = lacking.norm();
   for (int i = 0, since = 0; i < kIterationsMax && since < patience && left > kSettled; ++i, ++since) {
     present -= slope.partialPivLu().solve(lacking);
@@ -160,11 +165,11 @@ double Approach(const System& system, double friction, int patience, Column& imp
   return left;
 }
 
-}  // namespace
-
-bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
-                 bool thoroughly) {
-  const System system(blows, bodies, rates);
+template <int kCount>
+bool SolveSo(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
+             bool thoroughly) {
+  using Column = typename System<kCount>::Column;
+  const System<kCount> system(blows, bodies, rates);
   const double before = system.Lacking(system.impulses(), 1, nullptr).norm();
   Column impulses = system.impulses();
   double left = Approach(system, 1, thoroughly ? kPatience : kHaste, impulses);
@@ -185,6 +190,15 @@ bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies, std:
     blows[i].rubbing = impulse - impulse.dot(blows[i].normal) * blows[i].normal;
   }
   return true;
+}
+
+}  // namespace
+
+bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
+                 bool thoroughly) {
+  // Mostly the corners of a face.
+  const auto solve = blows.size() == 4 ? &SolveSo<4> : &SolveSo<Eigen::Dynamic>;
+  return solve(blows, bodies, rates, thoroughly);
 }
 
 }  // namespace genphys

@@ -20,6 +20,8 @@ constexpr uint32_t kSweepsMax = 100;
 // the steps in which 216 boxes fall on each other take 0.87 of the time.
 constexpr size_t kTurnsMax = 2000;
 constexpr size_t kWholeSweeps = 20;
+// Of what bears a body while it hands on what it got: all sweeps that follow begin with that.
+constexpr uint32_t kHandedSweeps = 20;
 // m/s: the sweeps end once no blow changed a velocity by more.
 constexpr double kSettled = 1e-12;
 // Or once so many in a row did not halve what they change, and that is no more than this part of the first change.
@@ -105,6 +107,10 @@ class Progress {
   int since_ = 0;  // sweeps since it was halved
 };
 
+// Calls solve(group) for each group of blows.
+template <typename Solve>
+void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties, Solve&& solve);
+
 // Blows that have no movable body in common with any other.
 class Group {
  public:
@@ -127,7 +133,7 @@ class Group {
     passed_.clear();
   }
 
-  void Settle() {
+  void Settle(uint32_t sweeps_max = kSweepsMax) {
     PassDown();
     ForgetChanges();
     Progress progress;
@@ -136,7 +142,7 @@ class Group {
     size_t turns = 0;
     bool may_be_solved = !are_few && MayBeSolvedAtOnce();
     // Counted from one, so that each has a turn in the first.
-    for (uint32_t sweep = 1; sweep <= kSweepsMax && turns < turns_max; ++sweep) {
+    for (uint32_t sweep = 1; sweep <= sweeps_max && turns < turns_max; ++sweep) {
       double largest = 0;
       for (Settling& settling : blows_) {
         const uint32_t a = settling.blow().body_a, b = settling.blow().body_b;
@@ -154,7 +160,8 @@ class Group {
         may_be_solved = false;
       }
     }
-    if (!progress.IsLittleLeft() && MayBeSolvedAtOnce() && IsUneven()) SettleAtOnce(true, kSweepsMax);
+    if (sweeps_max == kSweepsMax && !progress.IsLittleLeft() && MayBeSolvedAtOnce() && IsUneven())
+      SettleAtOnce(true, kSweepsMax);
   }
 
   void Restitute() {
@@ -221,7 +228,7 @@ class Group {
       blow.borne = Borne::kUnknown;
     }
     Ties none;
-    SolveBlows(blows, bodies, none);
+    SolveGroups(blows, bodies, none, [](Group& group) { group.Settle(kHandedSweeps); });
     for (size_t i = 0; i < part.size(); ++i) blows_[part[i]].Take(blows[i], speeds_);
   }
 

@@ -59,12 +59,13 @@ void Impacts::AddGround(const ContactBuffer& contacts) {
   const auto stands = [&](const Struck& struck) { return StandsOnGround(struck.row); };
   if (std::ranges::none_of(struck_, stands)) return;
   for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor || CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    if (pair.is_sensor) continue;
     const auto is_borne = [&](EntityRow row) {
       return std::as_const(world_.struck_index)[row] >= 0 && StandsOnGround(row);
     };
     const bool is_borne_a = is_borne(pair.entity_a), is_borne_b = is_borne(pair.entity_b);
     if (is_borne_a ? IsMovable(pair.entity_b) : !is_borne_b || IsMovable(pair.entity_a)) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
     const EntityRow borne = is_borne_a ? pair.entity_a : pair.entity_b;
     supports_.push_back({.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
     NumberOf(is_borne_a ? pair.entity_b : pair.entity_a);

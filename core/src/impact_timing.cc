@@ -35,9 +35,9 @@ double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 }  // namespace
 
 bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
-  if (!rewinds_ || pair.is_sensor || !(speed_.IsFree(pair) || IsNewAmongHeld(pair))) return false;
-  return std::ranges::any_of(PointsOf(contacts, pair),
-                             [](const ContactPoint& point) { return point.depth > kFlatGap; });
+  const auto overlaps = [](const ContactPoint& point) { return point.depth > kFlatGap; };
+  if (!rewinds_ || pair.is_sensor || std::ranges::none_of(PointsOf(contacts, pair), overlaps)) return false;
+  return speed_.IsFree(pair) || IsNewAmongHeld(pair);
 }
 
 // What turns fast may have met something, and part again by the end of the substep.

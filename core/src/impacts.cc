@@ -116,7 +116,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
     if (!is_changed(pair)) continue;
     if (const std::optional<Candidate> candidate = Judge(contacts, pair)) {
       candidates_.push_back(*candidate);
-    } else if (MayBeMissed(contacts, pair)) {
+    } else if (parting_.size() <= kRefinedMax && MayBeMissed(contacts, pair)) {
       parting_.push_back(pair);
     }
   }
