@@ -218,8 +218,8 @@ void JointStep::AllowWork(double h, std::span<const JointRow> rows, std::span<So
     const JointRow& row = rows[i];
     const uint32_t island = islands_.IslandOf(row.a, row.b);
     if (island == Islands::kNone) continue;
-    const bool is_another_point = i == 0 || !BendsAlike(rows[i - 1], row);
-    if (may_jolt_ && row.kind == JointRow::Kind::kLinear && is_another_point) energies[island].bend += BendAt(row, h);
+    const auto is_another_point = [&] { return i == 0 || !BendsAlike(rows[i - 1], row); };
+    if (may_jolt_ && row.kind == JointRow::Kind::kLinear && is_another_point()) energies[island].bend += BendAt(row, h);
     if (!row.is_driven) {
       energies[island].allowed += row.repair;
       continue;
