@@ -264,8 +264,11 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
   scratch_.jolted.Set(mover.row, is_jolted && !is_reached);
   if (is_reached) {
     // Of what joints gave it, how much they give all the time is not told by a blow, but by what they gave before.
-    half.held_velocity = half.has_past ? Vector3(h / 2 * half.held_rate) : Vector3(Vector3::Zero());
-    if (!half.has_past) half.held_torque.setZero();
+    if (!half.has_past || mover.past == 0) {
+      half.held_rate.setZero();
+      half.held_torque.setZero();
+    }
+    half.held_velocity = h / 2 * half.held_rate;
     half.held_momentum = h / 2 * half.held_torque;
   } else if (is_jolted) {
     half.held_velocity = -h / 2 * outside;

@@ -1,7 +1,10 @@
 // What comes to the limit of a joint between two steps, and is pulled away from it again.
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "conformance/engine_test.h"
+#include "support/energy.h"
 #include "support/joints.h"
 #include "support/random.h"
 
@@ -147,6 +150,43 @@ TEST_P(JointsLimits, ACartTakesItsRailAlongAndIsPulledAwayFromItsEnd) {
         EXPECT_NEAR(VelocityOf(*world, rail).z(), since > 0 ? together : 0, kSpeed) << t;
         EXPECT_NEAR(VelocityOf(*world, cart).z(), thrown.SpeedAt(t) + (since > 0 ? together : 0), kSpeed) << t;
       }
+    }
+  }
+}
+
+// What leans on a limit comes to it anew in every other step, and each of these begins from what is shown.
+TEST_P(JointsLimits, GiveNoEnergyToWhatLeansOnThem) {
+  Proves({Claim::kJointBall, Claim::kJointUniversal, Claim::kJointSlider});
+  constexpr int kPairs = 20;
+  const AxisLimits narrow{.lower = -0.1, .upper = 0.1};
+  const std::vector<JointKind> kinds{BallJoint{.swing_max = 0.3}, BallJoint{.twist = narrow},
+                                     UniversalJoint{.about_x = {.limits = narrow}, .about_y = {.limits = narrow}},
+                                     SliderJoint{.axis = {.limits = narrow}}};
+  for (size_t kind = 0; kind < kinds.size(); ++kind) {
+    Random random(5);
+    for (int pair = 0; pair < kPairs; ++pair) {
+      const auto world = MakeSpace(GetParam(), {.step_size = 1.0 / 240}, Vector3::Zero());
+      const Vector3 spin = random.Direction() * random.Uniform(1, 5);
+      const auto add = [&](const Vector3& half, double x) {
+        EntityDesc box = Body(Box{half}, {x, 0, 0}, random.Uniform(0.3, 3));
+        box.rigid_body->angular_velocity = spin;
+        box.rigid_body->linear_velocity = spin.cross(box.pose.position);
+        if (x < 0 && !std::holds_alternative<SliderJoint>(kinds[kind])) {
+          box.rigid_body->angular_velocity += random.Vector(2);
+        }
+        return Add(*world, box);
+      };
+      const EntityId a = add({0.3, 0.1, 0.15}, -0.3), b = add({0.3, 0.15, 0.08}, 0.3);
+      Join(*world, Between(a, b, kinds[kind], {{0.3, 0, 0}, random.Turn()}));
+      Steps(*world, 1);
+      double least = KineticEnergyOf(*world), gain = 0;
+      for (int step = 0; step < 480; ++step) {
+        Steps(*world, 1);
+        const double energy = KineticEnergyOf(*world);
+        gain = std::max(gain, energy / least - 1);
+        least = std::min(least, energy);
+      }
+      EXPECT_LE(gain, 0.1) << "kind " << kind << ", pair " << pair;
     }
   }
 }
