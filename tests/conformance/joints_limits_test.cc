@@ -191,5 +191,31 @@ TEST_P(JointsLimits, GiveNoEnergyToWhatLeansOnThem) {
   }
 }
 
+// Where both z axes point apart there is no twist, and on the other side it may be any.
+TEST_P(JointsLimits, OfTwistDoNotFlingWhatSwingsAllAround) {
+  Proves({Claim::kJointBall});
+  constexpr double kArm = 0.3, kGravity = 9.81;
+  Random random(6);
+  for (int i = 0; i < 30; ++i) {
+    const auto world = MakeSpace(GetParam(), {.step_size = 1.0 / 240});
+    EntityDesc rod = Body(Capsule{0.06, 0.2}, {0, 0, 0});
+    rod.pose.orientation = random.Turn();
+    rod.pose.position = rod.pose.orientation * Vector3(0, 0, kArm);
+    rod.rigid_body->angular_velocity = random.Vector(4);
+    rod.rigid_body->linear_velocity = rod.rigid_body->angular_velocity.cross(rod.pose.position);
+    const EntityId id = Add(*world, rod);
+    Join(*world, ToWorld(id, BallJoint{.twist = {.lower = -0.3, .upper = 0.3}}, {{0, 0, 0}, rod.pose.orientation}));
+    const auto energy = [&] { return KineticEnergyOf(*world) + kGravity * PositionOf(*world, id).z(); };
+    Steps(*world, 1);
+    const double before = energy();
+    double most = before;
+    for (int step = 0; step < 720; ++step) {
+      Steps(*world, 1);
+      most = std::max(most, energy());
+    }
+    EXPECT_LE(most - before, 0.2 * kGravity * kArm) << "rod " << i;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -256,6 +256,8 @@ void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limi
     row.target = -gap / step_size_;
   } else {
     Correct(gap, row);
+    // The more it turns others along, the less of it is in a hurry.
+    row.target *= coordinate.scale;
   }
   if (!is_lower) row.target = -row.target;
   (is_lower ? row.lower : row.upper) = 0;
