@@ -30,7 +30,7 @@ Problem RestingPile() {
           .title = "1,000 boxes in a pile that has come to rest, awake",
           .scene = PileOf({}),
           .duration = 1,
-          .rates = {kRate},
+          .rates = {kRate, 2 * kRate},
           .settle = 4,
           .is_large = true};
 }
@@ -40,7 +40,7 @@ Problem FallingPile() {
           .title = "216 boxes that fall on each other, e = 0.3",
           .scene = PileOf({.row = 6, .layers = 6, .rise = 1.3, .restitution = 0.3}),
           .duration = 3,
-          .rates = {kRate},
+          .rates = {kRate, 2 * kRate},
           .is_large = true};
 }
 
