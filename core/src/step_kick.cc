@@ -262,6 +262,7 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
       (!begins && IsBlow(half, rate, outside)) || joints_.IsJolted(mover.row, gained, spun - mover.spin_given);
   const bool is_reached = scratch_.reached[mover.row];
   scratch_.jolted.Set(mover.row, is_jolted && !is_reached);
+  is_anybody_jolted_ |= is_jolted && !is_reached;
   if (is_reached) {
     // Of what joints gave it, how much they give all the time is not told by a blow, but by what they gave before.
     if (!half.has_past || mover.past == 0) {

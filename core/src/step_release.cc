@@ -1,8 +1,9 @@
-// Who is let go of: what contacts and joints still owe to the velocities is paid, or begun anew.
+// What contacts and joints still owe to the velocities: paid to who is let go of, begun anew, or dropped after blows.
 #include <algorithm>
 #include <utility>
 #include <vector>
 
+#include "contact_points.h"
 #include "disjoint_sets.h"
 #include "step_run.h"
 
@@ -47,10 +48,10 @@ void StepRun::PayReleased() {
   }
 }
 
-// Calls join(a, b) with the numbers of two that a contact or a joint holds together: a mover's place in movers_ and
-// one, or zero for whom nothing moves.
-template <typename Join>
-void StepRun::VisitHeldTogether(Join&& join) {
+// Calls join(a, b) with the numbers of two that a contact which `holds` or a joint holds together: a mover's place in
+// movers_ and one, or zero for whom nothing moves.
+template <typename Test, typename Join>
+void StepRun::VisitHeldTogether(Test&& holds, Join&& join) {
   RowValues<int>& numbers = scratch_.struck_index;
   for (size_t i = 0; i < movers_.size(); ++i) numbers[movers_[i].row] = static_cast<int>(i + 1);
   const auto number = [&](EntityRow row) {
@@ -58,7 +59,7 @@ void StepRun::VisitHeldTogether(Join&& join) {
     return static_cast<uint32_t>(std::max(found, 0));
   };
   for (const ContactPair& pair : world_.contacts_.pairs) {
-    if (Holds(pair)) join(number(pair.entity_a), number(pair.entity_b));
+    if (holds(pair)) join(number(pair.entity_a), number(pair.entity_b));
   }
   for (const Mover& mover : movers_) {
     if (!scratch_.jointed[mover.row]) continue;
@@ -76,7 +77,8 @@ void StepRun::RestartFallen() {
   // Joints that are undone begin anew by themselves.
   if (!is_rearranged_ && world_.contacts_.pairs.empty() && world_.layer_.touching.empty()) return;
   DisjointSets sets(movers_.size() + 1);
-  VisitHeldTogether([&](uint32_t a, uint32_t b) { sets.Join(a, b); });
+  const auto holds = [&](const ContactPair& pair) { return Holds(pair); };
+  VisitHeldTogether(holds, [&](uint32_t a, uint32_t b) { sets.Join(a, b); });
   struct Held {
     int members = 0;
     Vector3 sum = Vector3::Zero();  // N
@@ -114,6 +116,33 @@ void StepRun::NoteLed(EntityRow row) {
   half.momentum = state_.angular_velocities.col(Index(row));
 }
 
+// What nothing holds to the ground goes on as a whole after a blow within, or momentum would come or go: who was jolted
+// does not go on by what it got in the last solve, and so nobody does that gave it that.
+void StepRun::ShareJolts() {
+  DisjointSets sets(movers_.size() + 1);
+  const auto is_pressed = [&](const ContactPair& pair) {
+    return !pair.is_sensor && HasPressed(world_.contacts_, pair);
+  };
+  VisitHeldTogether(is_pressed, [&](uint32_t a, uint32_t b) { sets.Join(a, b); });
+  const auto root_of = [&](size_t mover) { return sets.Find(static_cast<uint32_t>(mover + 1)); };
+  std::vector<uint8_t> is_jolted(movers_.size() + 1);
+  for (size_t i = 0; i < movers_.size(); ++i) {
+    if (scratch_.jolted[movers_[i].row]) is_jolted[root_of(i)] = true;
+  }
+  is_jolted[sets.Find(0)] = false;
+  for (size_t i = 0; i < movers_.size(); ++i) {
+    if (!is_jolted[root_of(i)]) continue;
+    const Mover& mover = movers_[i];
+    HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+    state_.linear_velocities.col(Index(mover.row)) -= half.held_velocity;
+    state_.angular_velocities.col(Index(mover.row)) -= mover.turned.inverse * half.held_momentum;
+    half.held_velocity.setZero();
+    half.held_momentum.setZero();
+    half.held_torque.setZero();
+    scratch_.jolted.Mark(mover.row);
+  }
+}
+
 // A lift that starts or stops at once holds what it carries by another force from then on.
 void StepRun::RestartCarried() {
   std::vector<EntityRow> leaders, carried;
@@ -127,7 +156,8 @@ void StepRun::RestartCarried() {
   }
   if (leaders.empty()) return;
   DisjointSets sets(movers_.size() + 1);
-  VisitHeldTogether([&](uint32_t a, uint32_t b) {
+  const auto holds = [&](const ContactPair& pair) { return Holds(pair); };
+  VisitHeldTogether(holds, [&](uint32_t a, uint32_t b) {
     if (a > 0 && b > 0) sets.Join(a, b);
   });
   RowMarks& marks = scratch_.held;

@@ -119,12 +119,13 @@ class StepRun {
   // Who is let go of (step_release.cc).
   bool Holds(const ContactPair& pair) const;
   void PayReleased();
-  template <typename Join>
-  void VisitHeldTogether(Join&& join);
+  template <typename Test, typename Join>
+  void VisitHeldTogether(Test&& holds, Join&& join);
   void RestartFallen();
   bool IsLedOtherwise(EntityRow row) const;
   void NoteLed(EntityRow row);
   void RestartCarried();
+  void ShareJolts();
 
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;
@@ -174,10 +175,11 @@ class StepRun {
   double substep_ = 0;     // s
   double look_ahead_ = 0;  // s, within which a sleeper is woken for what comes
   Solver solver_ = Solver::kAutomatic;
-  bool ran_ = false;            // something was moved
-  bool is_first_ = true;        // substep
-  bool settled_ = false;        // no impacts are left
-  bool is_rearranged_ = false;  // bodies came, went or were put elsewhere between two steps
+  bool ran_ = false;                // something was moved
+  bool is_first_ = true;            // substep
+  bool settled_ = false;            // no impacts are left
+  bool is_anybody_jolted_ = false;  // in this substep
+  bool is_rearranged_ = false;      // bodies came, went or were put elsewhere between two steps
   StateArrays& state_;
   StepScratch& scratch_;
   FieldForces fields_;

@@ -310,7 +310,9 @@ void StepRun::Substep(double h, double elapsed) {
   world_.engine_->WriteState(locked_.Finish(), state_);
   GatherForces();
   GatherFields(h);
+  is_anybody_jolted_ = false;
   for (Mover& mover : movers_) EndMover(mover, h);
+  if (is_anybody_jolted_) ShareJolts();
   LeaveLimits(h);
   locked_.DropVelocities();
   MoveKinematic(h);

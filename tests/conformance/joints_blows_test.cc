@@ -145,6 +145,27 @@ TEST_P(JointsBlows, HitWhatIsFixedTogetherAsOneBody) {
   }
 }
 
+// A ball that comes to lie against one of two boxes that a joint makes one, in steps of which some solve the touch:
+// what one is given, another has lost, as they are shown in the end.
+TEST_P(JointsBlows, KeepTheMomentumOfWhatStaysInTouch) {
+  Proves({Claim::kJointFixed});
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto world = MakeSpace(GetParam(), {.step_size = seed % 2 == 0 ? 1.0 / 240 : 1.0 / 60}, Vector3::Zero());
+    const double friction = random.Chance(0.5) ? 0 : 0.4;
+    const auto body = [&](const EntityDesc& desc) { return Add(*world, Thrown(desc, Vector3::Zero(), 0.1, friction)); };
+    const EntityId a = body(Body(Box{{0.3, 0.05, 0.06}}, {-0.3, 0, 0}, random.LogUniform(0.3, 3)));
+    const EntityId b = body(Body(Box{{0.3, 0.05, 0.06}}, {0.3, 0, 0}, random.LogUniform(0.3, 3)));
+    Join(*world, Between(a, b, FixedJoint{}, {.position = {0.3, 0, 0}}));
+    const Vector3 from(random.Uniform(-0.6, 0.6), 1, random.Uniform(-0.05, 0.05));
+    const double mass = random.LogUniform(0.3, 3), speed = random.Uniform(1, 5);
+    Add(*world, Thrown(Ball(from, 0.1, mass), {0, -speed, 0}, 0.1, friction));
+    Steps(*world, seed % 2 == 0 ? 720 : 180);
+    EXPECT_LT((MomentumOf(*world) - Vector3(0, -mass * speed, 0)).norm(), 1e-9 * mass * speed);
+  }
+}
+
 // Whatever hits whatever in a row of hinged rods, and they each other: no energy comes of it.
 TEST_P(JointsBlows, MakeNoEnergyInRowsThatAreHitFromAllSides) {
   Proves({Claim::kJointBall});

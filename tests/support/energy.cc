@@ -15,4 +15,12 @@ double KineticEnergyOf(const World& world) {
   return energy;
 }
 
+Vector3 MomentumOf(const World& world) {
+  Vector3 momentum = Vector3::Zero();
+  for (const auto& entity : world.scene().entities) {
+    if (entity) momentum += entity->mass.mass * world.state().linear_velocities.col(entity->id.index());
+  }
+  return momentum;
+}
+
 }  // namespace genphys::testing

@@ -6,4 +6,7 @@ namespace genphys::testing {
 /// J, of all that moves.
 double KineticEnergyOf(const World& world);
 
+/// kg*m/s, of all that moves, which has a mass.
+Vector3 MomentumOf(const World& world);
+
 }  // namespace genphys::testing
