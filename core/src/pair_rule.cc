@@ -8,6 +8,12 @@ namespace {
 
 std::pair<EntityId, EntityId> KeyOf(EntityId a, EntityId b) { return std::minmax(a, b); }
 
+bool Rolls(const Shape& shape) {
+  return std::holds_alternative<Sphere>(shape) || std::holds_alternative<Capsule>(shape) ||
+         std::holds_alternative<Cylinder>(shape) || std::holds_alternative<Cone>(shape) ||
+         std::holds_alternative<Ellipsoid>(shape);
+}
+
 }  // namespace
 
 PairRule::Verdict PairRule::Decide(GeometryRow row_a, GeometryRow row_b) const {
@@ -62,6 +68,7 @@ GeometryRows PairRule::Add(EntityRow entity, EntityId id, const RigidBody& body)
         .is_sensor = geometry.is_sensor,
         .is_static = body.motion_type == MotionType::kStatic,
         .is_dynamic = body.motion_type == MotionType::kDynamic,
+        .rolls = Rolls(geometry.shape),
         .material = geometry.material,
         .surface_velocity = geometry.pose_in_entity.orientation * geometry.surface_velocity,
         .correction = body.error_correction,

@@ -73,7 +73,7 @@ void StepRun::FindEnergies(double h, std::span<const JointRow> rows, std::vector
     if (IsMovedByOthers(row.a) || IsMovedByOthers(row.b)) open(row.a, row.b);
   }
   for (const ContactPair& pair : world_.contacts_.pairs) {
-    const bool is_run = !pair.surface_velocity.isZero(0);
+    const bool is_run = world_.rule_.Runs(pair.geometry_a) || world_.rule_.Runs(pair.geometry_b);
     if (is_run || IsMovedByOthers(pair.entity_a) || IsMovedByOthers(pair.entity_b)) open(pair.entity_a, pair.entity_b);
   }
 }

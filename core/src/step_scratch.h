@@ -22,6 +22,7 @@ struct StepScratch {
   RowValues<Wrench> samples{Wrench{}};                // of sampled forces of this step
   RowValues<Wrench> last_samples{Wrench{}};           // of the last one
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
+  std::vector<Vector3> bends;                         // by pair, m/s: how more its surfaces slip
   RowValues<int> struck_index{-1};                    // of impacts
   RowValues<int> group_of{-1};                        // of what joints hold together and impacts hit
   RowValues<int> passed_index{-1};                    // of impacts that are passed on

@@ -293,6 +293,7 @@ void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
 
 void StepRun::Substep(double h, double elapsed) {
   is_first_ = elapsed == 0;
+  FindBends(h);
   for (Mover& mover : movers_) BeginMover(mover);
   joints_.Begin(h);
   GatherFields(h);

@@ -32,6 +32,7 @@ class PairRule final {
     bool is_sensor = false;
     bool is_static = false;                      // of a static entity
     bool is_dynamic = false;                     // of a dynamic entity
+    bool rolls = false;                          // some of its surface is curved
     Material material;                           // filled
     Vector3 surface_velocity = Vector3::Zero();  // m/s, in the frame of the entity
     ErrorCorrection correction;                  // filled
@@ -54,6 +55,8 @@ class PairRule final {
 
   /// Whether the surface of any geometry runs over it.
   bool any_surface_runs() const { return running_surfaces_ > 0; }
+  /// Whether that of this one does.
+  bool Runs(GeometryRow row) const { return !infos_[Index(row)].surface_velocity.isZero(0); }
 
   /// True if `a` belongs before `b` in canonical order: by entity id, then geometry id.
   bool Before(GeometryRow a, GeometryRow b) const;
