@@ -186,5 +186,31 @@ TEST_P(Sliding, AsItTurnsIsBrakedAtEachPointAgainstTheSlipThere) {
   }
 }
 
+// A box and what lies on it, thrown together: as rough below as between them, so that what brakes both just holds the
+// one on the other. Whatever they weigh both stop where either would alone.
+TEST_P(Sliding, WithALoadStopsWhereItWouldAlone) {
+  Proves({Claim::kBox});
+  constexpr double kFriction = 0.4, kSpeed = 2;
+  constexpr double kWay = kSpeed * kSpeed / (2 * kFriction * kGravity);
+  for (const int rate : {60, 240}) {
+    for (const double load : {0.1, 1.0, 10.0, 30.0}) {
+      for (const double heading : {0.0, 0.7, 2.5}) {
+        SCOPED_TRACE(::testing::Message() << rate << " " << load << " " << heading);
+        const auto world = FloorOf(GetParam(), rate, kFriction, {0, 0, -kGravity});
+        const Vector3 along(std::cos(heading), std::sin(heading), 0);
+        EntityDesc below = OnFloor(Body(Box{{0.5, 0.5, 0.1}}, {0, 0, 0.1}), kFriction);
+        EntityDesc above = OnFloor(Body(Box{{0.3, 0.3, 0.1}}, {0, 0, 0.3}, load), kFriction);
+        below.rigid_body->linear_velocity = above.rigid_body->linear_velocity = kSpeed * along;
+        const EntityId lower = Add(*world, below), upper = Add(*world, above);
+        Steps(*world, rate);
+        // Sweeps do not come to the end where the lower one is so much lighter.
+        const double tolerance = (load <= 10 ? 2e-3 : rate == 60 ? 0.05 : 4e-3) * kWay;
+        EXPECT_NEAR((PositionOf(*world, lower) - Vector3(0, 0, 0.1) - kWay * along).norm(), 0, tolerance);
+        EXPECT_NEAR((PositionOf(*world, upper) - Vector3(0, 0, 0.3) - kWay * along).norm(), 0, tolerance);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

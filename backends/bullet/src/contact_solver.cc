@@ -1,7 +1,6 @@
 #include "contact_solver.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -16,11 +15,6 @@ constexpr int kIterationsMax = 100;
 // kPointUpdates in all. To look at so many others costs as much as one turn.
 constexpr size_t kStillStirred = 4;
 constexpr size_t kLooksPerTurn = 8;
-// Less than the twice from which on friction that follows the slip overshoots.
-constexpr double kEasy = 1.5;
-// Of the slip that there would be without what friction did: with more than this part of it, the slip itself tells its
-// direction.
-constexpr double kKnownPart = 0.9;
 // Softness of a contact that is solved all at once, of its own mobility: the solver divides by what redundant contacts
 // leave over.
 constexpr double kDirectSoftness = 1e-7;
@@ -30,16 +24,6 @@ constexpr double kNearlySettled = 1e-8;
 // rests lies that deep from step to step. With a tenth of it 1,000 boxes in a pile take a fifth longer to overlap no
 // less.
 constexpr double kLeastPush = 1e-5;
-// What is so many times as fast as friction slows it down in a step slides on for some steps.
-constexpr double kSlides = 4;
-// m/s^2, of the Earth.
-constexpr double kGravity = 9.81;
-// rad/s: what turns more slowly has no direction.
-constexpr double kNoSpin = 1e-9;
-
-btVector3 VelocityAt(const btSolverBody& body, const btVector3& place) {
-  return body.m_linearVelocity + body.m_angularVelocity.cross(place - body.m_worldTransform.getOrigin());
-}
 
 // Visits 0..count-1, of many points one of each half in turns: rows that follow each other mostly share a body, and
 // each of them would have to wait for what the one before it made of that. (A row takes 7 ns instead of 9.5.) Sweeps
@@ -51,13 +35,6 @@ void VisitPoints(size_t count, Visit visit) {
     visit(i);
     if (half + i < count) visit(half + i);
   }
-}
-
-// m/s per N*s, of one side against the other.
-double Mobility(const btVector3& direction, const btVector3& place, const btSolverBody& a, const btSolverBody& b) {
-  SolverRow row;
-  FillPush(direction, place, a, b, row);
-  return row.mobility;
 }
 
 }  // namespace
@@ -107,183 +84,6 @@ int ContactSolver::SolverBodyOf(Body* body, double step_size) {
     changes_.push_back({.inverse_mass = BodyAt(next).internalGetInvMass().x()});
   }
   return id;
-}
-
-void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolverInfo& info) {
-  for (const AddedRow& added : rows_) {
-    BoundedRow& to = joints_.emplace_back();
-    to.a = SolverBodyOf(added.a, info.m_timeStep);
-    to.b = SolverBodyOf(added.b, info.m_timeStep);
-    FillJointRow(*added.row, BodyAt(to.a), BodyAt(to.b), to);
-  }
-}
-
-void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
-  FindGoingOn(info.m_timeStep);
-  grips_.Find(pairs_, is_direct_);
-  for (size_t number = 0; number < pairs_.size(); ++number) {
-    const AddedPair& added = pairs_[number];
-    const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
-    const Grip grip = grips_.Of(number);
-    for (size_t i = 0; i < added.points.size(); ++i) {
-      if (added.points[i].is_ahead) {
-        added.impulses[i] = {};
-      } else {
-        AddPoint(id_a, id_b, added, i, grip);
-      }
-    }
-  }
-  AddTorsions();
-  moves_.clear();
-  for (const MotionChange& change : changes_) moves_.push_back({.inverse_mass = change.inverse_mass});
-}
-
-void ContactSolver::FindGoingOn(double step_size) {
-  going_on_.clear();
-  const auto origin = [&](int id) { return FromBullet(BodyAt(id).m_worldTransform.getOrigin()); };
-  // Impulses first.
-  for (const AddedPair& added : pairs_) {
-    if (!added.is_of_few()) continue;
-    const int id_a = SolverBodyOf(added.a, step_size), id_b = SolverBodyOf(added.b, step_size);
-    going_on_.resize(changes_.size());
-    const Vector3 center_a = origin(id_a), center_b = origin(id_b);
-    MotionChange &a = going_on_[static_cast<size_t>(id_a)], &b = going_on_[static_cast<size_t>(id_b)];
-    for (size_t i = 0; i < added.points.size(); ++i) {
-      const ContactPoint& point = added.points[i];
-      const PointImpulse& last = added.impulses[i];
-      if (point.is_ahead) continue;
-      const Vector3 impulse = last.normal * point.normal + last.friction;
-      a.linear.head<3>() -= impulse;
-      b.linear.head<3>() += impulse;
-      a.angular.head<3>() -= (point.position - center_a).cross(impulse) + last.torque;
-      b.angular.head<3>() += (point.position - center_b).cross(impulse) + last.torque;
-    }
-  }
-  for (size_t i = 0; i < going_on_.size(); ++i) {
-    const btSolverBody& body = BodyAt(static_cast<int>(i));
-    MotionChange& motion = going_on_[i];
-    motion.linear = motion.linear * changes_[i].inverse_mass;
-    motion.linear.head<3>() += FromBullet(body.m_linearVelocity);
-    const Vector3 torque = motion.angular.head<3>();
-    motion.angular.head<3>() = FromBullet(body.m_angularVelocity + Turned(body, ToBullet(torque)));
-  }
-}
-
-btVector3 ContactSolver::SlipGoingOn(int a, int b, const btVector3& place) const {
-  const auto velocity = [&](int id) -> btVector3 {
-    const MotionChange& motion = going_on_[static_cast<size_t>(id)];
-    const Vector3 linear = motion.linear.head<3>(), angular = motion.angular.head<3>();
-    return ToBullet(linear) + ToBullet(angular).cross(place - m_tmpSolverBodyPool[id].m_worldTransform.getOrigin());
-  };
-  return velocity(a) - velocity(b);
-}
-
-void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip) {
-  const ContactPair& pair = *added.pair;
-  ContactPoint& point = added.points[number];
-  PointImpulse& impulse = added.impulses[number];
-  btSolverBody &a = BodyAt(id_a), &b = BodyAt(id_b);
-  const int first_friction = static_cast<int>(frictions_.size());
-  points_.push_back({&point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction, first_friction,
-                     first_friction, added.few});
-  // The points are those of the present poses: what was found for them is used in full. The solver then goes on over
-  // many steps, and what rests comes to rest to the last digits.
-  const btVector3 place = ToBullet(point.position), push = -ToBullet(point.normal);
-  SolverRow& normal = normals_.emplace_back();
-  normal.a = id_a;
-  normal.b = id_b;
-  const double apart =
-      FillContact(point.depth, FillPush(push, place, a, b, normal), pair.correction, info_.m_timeStep, normal);
-  if (apart > 0) pushes_.push_back({static_cast<int>(normals_.size()) - 1, apart, 0});
-  StartFrom(impulse.normal, normal);
-
-  // Friction works against the slip of the surfaces, which may run over their bodies. Where a load comes through other
-  // contacts, nothing slips before a solve that would tell its direction, but what friction did in the last one tells
-  // it.
-  const btVector3 run = ToBullet(pair.surface_velocity);
-  const auto along_surface = [&](const btVector3& v) { return v - push * push.dot(v); };
-  const btVector3 slip = along_surface(VelocityAt(a, place) - VelocityAt(b, place) - run);
-  const double ease = normal.mobility;
-  const double inverse_mass = a.internalGetInvMass().x() + b.internalGetInvMass().x();
-  const double soon = std::max(inverse_mass * grip.load, kGravity * point.friction * info_.m_timeStep);
-  const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity) - run);
-  const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;
-  const bool bears = grip.bears && slip.length() <= kKnownPart * inverse_mass * grip.load;
-  btVector3 along = slip;
-  if (bears) {
-    along += ease / grip.count * ToBullet(grip.braked);
-  } else if (slides) {
-    // In the middle of the step, which is of second order.
-    along = sliding;
-  } else if (grip.is_on_ground) {
-    // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
-    // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
-    // the last step, and against what would still slip if it did the same again.
-    along = SlipGoingOn(id_a, id_b, place) - run + inverse_mass * ToBullet(grip.braked);
-  }
-  std::array<btVector3, 2> directions;
-  FindTangents(push, along, directions[0], directions[1]);
-  if (bears && grip.may_share) {
-    // Far from slipping, points hold along the load and across it in turns, each for its neighbour too.
-    AddFriction(directions[number % 2], {place, run, impulse.normal, 2 * point.friction});
-    return;
-  }
-  const Surface surface{place, run, impulse.normal, point.friction};
-  AddFriction(directions[0], surface);
-  // Sweeps follow the slip from step to step, so that one direction is enough for them where points lie beside each
-  // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
-  // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
-  // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
-  // other. So is what may slip soon, or it would by what is left over across the load, and among few points all that
-  // bears a load. But not what slides: what it is held in one direction by would hold it in the other, too.
-  const bool is_held = is_direct_ || (added.is_of_few() && grip.bears && !grip.is_on_a_line);
-  const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
-  const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
-  if (bears || ((is_held || may_roll) && !slides)) AddFriction(directions[1], surface);
-}
-
-void ContactSolver::AddFriction(const btVector3& direction, const Surface& surface) {
-  AddedPoint& point = points_.back();
-  SolverRow& friction = frictions_.emplace_back();
-  friction.a = normals_.back().a;
-  friction.b = normals_.back().b;
-  const double rate = FillPush(direction, surface.place, BodyAt(friction.a), BodyAt(friction.b), friction);
-  friction.wanted = (surface.run.dot(direction) - rate) * friction.inverse;
-  friction.friction = surface.friction;
-  const double wanted = -point.impulse->friction.dot(FromBullet(direction));
-  const double bound = surface.friction * surface.pressing;
-  StartFrom(std::clamp(wanted, -bound, bound), friction);
-  ++point.end_friction;
-}
-
-void ContactSolver::AddTorsions() {
-  for (size_t i = 0; i < normals_.size(); ++i) {
-    const AddedPoint& added = points_[i];
-    if (added.rolling_friction == 0 && added.spinning_friction == 0) continue;
-    const Vector3 axis = -added.point->normal;
-    if (added.spinning_friction > 0) AddTorsion(static_cast<int>(i), axis, added.spinning_friction);
-    if (added.rolling_friction == 0) continue;
-    // The bound is one of each axis alone: along the rolling it is the same whatever way that goes.
-    const Vector3 spin = FromBullet(BodyAt(normals_[i].b).m_angularVelocity - BodyAt(normals_[i].a).m_angularVelocity);
-    const Vector3 across = spin - axis * axis.dot(spin);
-    const double speed = across.norm();
-    const Vector3 first = speed > kNoSpin ? Vector3(across / speed) : axis.unitOrthogonal();
-    AddTorsion(static_cast<int>(i), first, added.rolling_friction);
-    AddTorsion(static_cast<int>(i), axis.cross(first), added.rolling_friction);
-  }
-}
-
-void ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm) {
-  const SolverRow& normal = normals_[static_cast<size_t>(normal_index)];
-  Torsion& to = torsions_.emplace_back();
-  to.a = normal.a;
-  to.b = normal.b;
-  to.normal = normal_index;
-  to.arm = arm;
-  FillJointRow({.kind = JointRow::Kind::kAngular, .axis = axis}, BodyAt(to.a), BodyAt(to.b), to);
-  const double bound = arm * normal.impulse;
-  const double turned = points_[static_cast<size_t>(normal_index)].impulse->torque.dot(axis);
-  StartFrom(std::clamp(turned, -bound, bound), to);
 }
 
 btScalar ContactSolver::solveSingleIteration(int, btCollisionObject**, int, btPersistentManifold**, int,

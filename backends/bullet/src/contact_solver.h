@@ -107,6 +107,8 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void FindGoingOn(double step_size);
   // m/s, of a over b, of going_on_.
   btVector3 SlipGoingOn(int a, int b, const btVector3& place) const;
+  // Of few: whether friction of something that it slides on is about to brake it.
+  bool IsBraked(int id) const;
   void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip);
   // Of the last point.
   void AddFriction(const btVector3& direction, const Surface& surface);
@@ -149,6 +151,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   // By body of Bullet's pool, in place of what it would change there itself.
   std::vector<MotionChange> changes_;   // of velocities
   std::vector<MotionChange> going_on_;  // velocities, were all points to push and brake as in the last step
+  std::vector<uint8_t> brakes_;         // by the same, of few: slides on something
   std::vector<MotionChange> moves_;     // velocities that only take overlaps apart
   std::vector<AddedPoint> points_;      // by row of their normal
   size_t point_count_ = 0;              // of pairs_
