@@ -212,5 +212,40 @@ TEST_P(Sliding, WithALoadStopsWhereItWouldAlone) {
   }
 }
 
+// A ladder on two feet, of balls, against a smooth wall. The moments about its feet balance with a force at its foot of
+// tan(angle) / (2 + r / (l cos(angle))) of its weight.
+TEST_P(Sliding, ALadderOnTwoFeetHoldsAsLongAsItsFrictionDoes) {
+  Proves({Claim::kCompound, Claim::kBox, Claim::kSphere, Claim::kStaticFriction});
+  constexpr double kFriction = 0.5, kHalf = 1, kBall = 0.01;
+  for (const double part : {0.97, 1.03}) {
+    SCOPED_TRACE(part);
+    double angle = 0;
+    const auto needed = [&](double of) { return std::sin(of) / (2 * std::cos(of) + kBall / kHalf); };
+    for (double step = 0.5; step > 1e-12; step /= 2) {
+      if (needed(angle + step) < part * kFriction) angle += step;
+    }
+    const auto world = FloorOf(GetParam(), 60, kFriction, {0, 0, -kGravity});
+    Add(*world, OnFloor(Block({0.5, 0, 5}, {0.5, 5, 5}), 0));
+    EntityDesc ladder = Ball({-kHalf * std::sin(angle) - kBall, 0, kHalf * std::cos(angle) + kBall}, kBall);
+    Geometry ball = OnFloor(ladder, kFriction).rigid_body->geometries[0];
+    ball.material.friction_mixing = Mixing::kMinimum;
+    ladder.rigid_body->geometries.clear();
+    for (const Vector3& end :
+         {Vector3(0, -0.2, -kHalf), Vector3(0, 0.2, -kHalf), Vector3(0, -0.2, kHalf), Vector3(0, 0.2, kHalf)}) {
+      ball.pose_in_entity.position = end;
+      ladder.rigid_body->geometries.push_back(ball);
+    }
+    ladder.rigid_body->inertia.mass = 1;
+    ladder.rigid_body->inertia.center_of_mass = Vector3(0, 0, 0);
+    ladder.rigid_body->inertia.tensor = Matrix3(Vector3(0.35, 0.33, 0.02).asDiagonal());
+    ladder.pose.orientation = Quaternion(Eigen::AngleAxisd(angle, Vector3::UnitY()));
+    const EntityId id = Add(*world, ladder);
+    const double height = PositionOf(*world, id).z();
+    Steps(*world, 150);
+    const double fell = height - PositionOf(*world, id).z();
+    EXPECT_EQ(fell < 1e-3, part < 1) << fell;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

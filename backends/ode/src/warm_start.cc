@@ -12,6 +12,8 @@ constexpr double kSamePoint = 0.02;
 constexpr double kStuckMax = 0.95;
 // The same from which on it matters in which direction friction is bounded. With less, that direction is noise.
 constexpr double kStrained = 0.5;
+// Cosine between the normals of pairs that lie on the same surface.
+constexpr double kSameNormal = 0.999;
 // The same of those points that hold along one axis, for these to hold alone what all of them do.
 constexpr double kSharedMax = 0.8;
 
@@ -153,10 +155,36 @@ void WarmStart::End(std::span<const ContactPoint> points) {
     pair.strain = grip > 0 ? held / grip : 1;
     pair.load = count * pair.braked.norm();
     pair.friction = pressure > 0 ? grip / pressure : 0;
-    if (pair.load <= kStrained * grip) pair.braked.setZero();
     for (const ContactPoint& point : own) {
       now_.impulses.push_back(point.normal_impulse > 0 ? point.friction_impulse : Vector3(Vector3::Zero()));
       now_.pressures.push_back(std::max(point.normal_impulse, 0.0));
+    }
+  }
+  ShareBraked(points);
+}
+
+// Pairs of the same two bodies, as of the feet of a table and the floor, count together as well: those that held
+// against each other across the load would each hold along another direction than that, and all of them more than
+// friction can.
+void WarmStart::ShareBraked(std::span<const ContactPoint> points) {
+  const auto is_alike = [&](const Pair& a, const Pair& b) {
+    return a.key.serial_a == b.key.serial_a && a.key.serial_b == b.key.serial_b && a.count > 0 && b.count > 0 &&
+           points[a.first_point].normal.dot(points[b.first_point].normal) > kSameNormal;
+  };
+  // They follow each other in the contact buffer.
+  for (size_t first = 0, last = 0; first < now_.pairs.size(); first = last) {
+    Vector3 braked = Vector3::Zero();
+    double grip = 0, count = 0;
+    for (; last < now_.pairs.size() && (last == first || is_alike(now_.pairs[first], now_.pairs[last])); ++last) {
+      const Pair& pair = now_.pairs[last];
+      braked += pair.count * pair.braked;
+      grip += pair.count * pair.grip;
+      count += pair.count;
+    }
+    const bool is_strained = braked.norm() > kStrained * grip;
+    for (Pair& pair : std::span(now_.pairs).subspan(first, last - first)) {
+      pair.braked = is_strained ? Vector3(braked / count) : Vector3::Zero();
+      if (count > 0) pair.grip = grip / count;
     }
   }
 }

@@ -92,6 +92,7 @@ class WarmStart {
   double Bore(uint32_t point) const { return found_[point] ? before_.pressures[*found_[point]] : 0; }
   std::optional<uint32_t> FindPoint(const Pair& old, const Vector3& place) const;
   Recalled RecallAt(const Pair& old, double scale, uint32_t point, const Vector3& normal) const;
+  void ShareBraked(std::span<const ContactPoint> points);
   void ShareOut(const Pair& old, std::span<Recalled> recalled);
   bool ShareOut(const Pair& old, std::span<const uint32_t> order, bool is_first_alone, std::span<Recalled> recalled);
 
