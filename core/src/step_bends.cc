@@ -20,6 +20,14 @@ constexpr double kOnEnd = 0.9;
 
 Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
 
+// s: how long a velocity that turns by `spin` has to be led across it to become its mean in `h` seconds. Half of them,
+// while that turns it little.
+double TimeOfBend(const Vector3& spin, double h) {
+  constexpr double kLittle = 0.1;  // rad
+  const double square = spin.squaredNorm() * (h * h);
+  return square < kLittle * kLittle ? h * (0.5 - square / 24) : h * (1 - std::cos(std::sqrt(square))) / square;
+}
+
 // In the frame of a shape: about which point it is round at `point` where `normal` is that of its surface, if it is.
 struct Roundness {
   Vector3 point;
@@ -75,11 +83,15 @@ Vector3 StepRun::RolledBend(const ContactPair& pair, const ContactPoint& point, 
   const Side a = side_of(pair.entity_a, pair.geometry_a), b = side_of(pair.entity_b, pair.geometry_b);
   // Where two that are flat touch stays with both of them. What is round takes it along over what is flat.
   std::optional<Vector3> course = a.course ? a.course : b.course;
-  if (a.course && b.course) course = (a.radius * *b.course + b.radius * *a.course) / (a.radius + b.radius);
+  if (a.course && b.course) {
+    // The middle of both may be that point.
+    const double both = a.radius + b.radius, part = both > 0 ? a.radius / both : 0.5;
+    course = part * *b.course + (1 - part) * *a.course;
+  }
   const auto change = [&](const Side& side) -> Vector3 {
     Vector3 way = side.at_point - side.velocity;
     if (course) way += Across(*course - side.at_point, point.normal);
-    return h / 2 * side.spin.cross(way);
+    return TimeOfBend(side.spin, h) * side.spin.cross(way);
   };
   return change(b) - change(a);
 }
@@ -90,7 +102,7 @@ Vector3 StepRun::FlatBend(const ContactPair& pair, double h) const {
   for (const ContactPoint& point : PointsOf(world_.contacts_, pair)) middle += point.position / pair.point_count;
   const auto change = [&](EntityRow entity) -> Vector3 {
     const Vector3 spin = state_.angular_velocities.col(Index(entity));
-    return h / 2 * spin.cross(spin.cross(middle - CenterOf(entity)));
+    return TimeOfBend(spin, h) * spin.cross(spin.cross(middle - CenterOf(entity)));
   };
   return change(pair.entity_b) - change(pair.entity_a);
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine_test.h"
+#include "support/energy.h"
 
 namespace genphys::testing {
 namespace {
@@ -87,6 +88,21 @@ TEST_P(Turntables, LeadABallInCircles) {
       EXPECT_NEAR((PositionOf(*world, id) - place).norm(), 0, 5e-5 * second) << second;
     }
   }
+}
+
+// Nothing tells where those touch that have one middle, nor what their surfaces do there.
+TEST_P(Turntables, LeaveBallsThatSpinWithinEachOtherFinite) {
+  Proves({Claim::kSphere});
+  const auto world = Around(GetParam(), 60);
+  Require(*world, Feature::kContacts);
+  for (const double spin : {1e3, -20.0}) {
+    EntityDesc ball = Ball({0, 0, 5}, 0.5);
+    ball.rigid_body->angular_velocity = {spin, 0, spin};
+    Add(*world, ball);
+  }
+  EXPECT_TRUE(world->Step().ok());
+  Steps(*world, 60);
+  EXPECT_LT(KineticEnergyOf(*world), 2e5);
 }
 
 }  // namespace
