@@ -135,11 +135,6 @@ class StepRun {
   void PrepareContacts(double h);
   double IntervalOf(const ContactPair& pair, double h) const;
   void ShareImpulses(double h);
-  // How surfaces slip for their bodies turn (step_bends.cc).
-  std::optional<Vector3> CurvedAbout(EntityRow entity, GeometryRow row, const ContactPoint& point) const;
-  Vector3 RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
-  Vector3 FlatBend(const ContactPair& pair, double h) const;
-  void FindBends(double h);
   // What met in the substep just done, or what a command made meet before the first one.
   // False: there were too many for one substep.
   bool ResolveImpacts(double h, double elapsed, bool after_move);
@@ -148,6 +143,12 @@ class StepRun {
   static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
   void AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const;
   void AddVisits();
+
+  // How surfaces slip for their bodies turn (step_bends.cc).
+  std::optional<Vector3> CurvedAbout(EntityRow entity, GeometryRow row, const ContactPoint& point) const;
+  Vector3 RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
+  Vector3 FlatBend(const ContactPair& pair, double h) const;
+  void FindBends(double h);
 
   // Energy of joints (step_energy.cc).
   bool IsMovedByOthers(EntityRow row) const;

@@ -152,8 +152,8 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double ease = normal.mobility;
   const double inverse_mass = a.internalGetInvMass().x() + b.internalGetInvMass().x();
   // How much slower it slips after a step.
-  const double slower =
-      added.is_of_few() ? (SlipGoingOn(id_a, id_b, place) - run - slip).length() : inverse_mass * grip.load;
+  const double slower = added.is_of_few() ? along_surface(SlipGoingOn(id_a, id_b, place) - run - slip).length()
+                                          : inverse_mass * grip.load;
   const double soon = std::max(slower, kGravity * point.friction * info_.m_timeStep);
   const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity) - run);
   const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;

@@ -12,10 +12,10 @@ constexpr double kSamePoint = 0.02;
 constexpr double kStuckMax = 0.95;
 // The same from which on it matters in which direction friction is bounded. With less, that direction is noise.
 constexpr double kStrained = 0.5;
-// Cosine between the normals of pairs that lie on the same surface.
-constexpr double kSameNormal = 0.999;
 // The same of those points that hold along one axis, for these to hold alone what all of them do.
 constexpr double kSharedMax = 0.8;
+// Cosine between the normals of pairs that lie on the same surface.
+constexpr double kSameNormal = 0.999;
 
 void Append(const Vector3& value, std::string& bytes) {
   bytes.append(reinterpret_cast<const char*>(value.data()), 3 * sizeof(double));

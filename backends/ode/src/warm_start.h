@@ -28,7 +28,7 @@ class WarmStart {
   /// What the last solve says of a point.
   struct Recalled {
     Vector3 given = Vector3::Zero();   // N*s, what to give to b: nothing where something slipped
-    Vector3 braked = Vector3::Zero();  // N*s, of friction, on b, in the mean of the pair's points; or nothing
+    Vector3 braked = Vector3::Zero();  // N*s, of friction, on b, in the mean of the points of its bodies; or nothing
     double grip = 0;                   // N*s, the most that it could have been
     // Along which of two axes it can hold for others of its pair, too, which hold along the other for it.
     std::optional<uint32_t> shared_axis;
@@ -71,8 +71,8 @@ class WarmStart {
     uint32_t count = 0;
     uint32_t first_point = 0;          // in the contact buffer
     double interval = 0;               // s, for which the impulses acted
-    Vector3 braked = Vector3::Zero();  // N*s, of friction on b, in the mean of its points
-    double grip = 0;                   // N*s, the most that it could have been
+    Vector3 braked = Vector3::Zero();  // N*s, of friction on b, in the mean of points: see ShareBraked()
+    double grip = 0;                   // N*s, the most that it could have been, in the same mean
     double strain = 1;                 // the part that it took of what friction may hold
     double load = 0;                   // N*s, of friction in all
     double friction = 0;               // the most that its points can hold, as a part of what presses them
