@@ -157,7 +157,8 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double soon = std::max(slower, kGravity * point.friction * info_.m_timeStep);
   const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity) - run);
   const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;
-  const bool bears = grip.bears && slip.length() <= kKnownPart * inverse_mass * grip.load;
+  const bool bears = grip.bears && !slides && slip.length() <= kKnownPart * inverse_mass * grip.load;
+  // What slides tells its direction itself, however much it carries.
   btVector3 along = slip;
   if (bears) {
     along += ease / grip.count * ToBullet(grip.braked);
