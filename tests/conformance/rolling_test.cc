@@ -51,20 +51,25 @@ TEST_P(Rolling, ABallStopsWhereTheClosedFormSaysWhateverItsHeading) {
   }
 }
 
-TEST_P(Rolling, ABallLiesStillOnASlopeUpToItsArmAndRollsDownBeyond) {
+TEST_P(Rolling, ABallLiesStillOnASlopeUpToItsArmAndRollsDownBeyondWhateverWayThatIs) {
   constexpr double kArm = 0.05, kSeconds = 2;
   constexpr double kSteepest = kArm / kRadius;
   for (const double slope : {0.9 * kSteepest, 1.1 * kSteepest}) {
-    const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
-    Do(*world, SetGravity{{slope * kGravity, 0, -kGravity}});
-    const EntityId ball = Add(*world, RollingBall(Vector3::Zero()));
+    for (const double heading : {0.0, 0.4, M_PI / 4, 2.2}) {
+      const Vector3 down(std::cos(heading), std::sin(heading), 0);
+      const auto world = OnFloor(GetParam(), {.rolling_friction = kArm});
+      Do(*world, SetGravity{slope * kGravity * down - kGravity * Vector3::UnitZ()});
+      const EntityId ball = Add(*world, RollingBall(Vector3::Zero()));
 
-    Steps(*world, static_cast<int>(kSeconds / kStep));
+      Steps(*world, static_cast<int>(kSeconds / kStep));
 
-    const double acceleration = slope > kSteepest ? kRolls * (slope - kSteepest) * kGravity : 0;
-    // The first step meets no weight yet that the ball rests with, and the method adds a h t / 2.
-    const double tolerance = 2 * (acceleration * kStep * kSeconds / 2 + slope * kGravity * kStep * kStep);
-    EXPECT_NEAR(PositionOf(*world, ball).x(), acceleration * kSeconds * kSeconds / 2, tolerance) << slope;
+      const double acceleration = slope > kSteepest ? kRolls * (slope - kSteepest) * kGravity : 0;
+      // The first step meets no weight yet that the ball rests with, and the method adds a h t / 2.
+      const double tolerance = 2 * (acceleration * kStep * kSeconds / 2 + slope * kGravity * kStep * kStep);
+      const Vector3 way = PositionOf(*world, ball) - Vector3(0, 0, kRadius);
+      EXPECT_NEAR(way.dot(down), acceleration * kSeconds * kSeconds / 2, tolerance) << slope << " " << heading;
+      EXPECT_NEAR(way.cross(down).norm(), 0, tolerance) << slope << " " << heading;
+    }
   }
 }
 

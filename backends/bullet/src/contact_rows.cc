@@ -88,4 +88,23 @@ void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& fir
   }
 }
 
+// With (mobility + shift) impulse = wanted, for the least shift with which the impulse is short enough (Moré and
+// Sorensen, SIAM J. Sci. Stat. Comput. 4, 1983).
+Eigen::Vector2d NearestInDisc(const Eigen::Matrix2d& mobility, const Eigen::Vector2d& wanted, double most) {
+  constexpr int kShiftsMax = 8;
+  constexpr double kNear = 1e-6;
+  if (!(most > 0)) return Eigen::Vector2d::Zero();
+  double shift = 0;
+  Eigen::Vector2d impulse;
+  for (int i = 0; i < kShiftsMax; ++i) {
+    const Eigen::Matrix2d inverse = (mobility + shift * Eigen::Matrix2d::Identity()).inverse();
+    impulse = inverse * wanted;
+    const double length = impulse.norm();
+    if (length <= (1 + kNear) * most) break;
+    shift += (length / most - 1) * length * length / impulse.dot(inverse * impulse);
+  }
+  const double length = impulse.norm();
+  return length > most ? Eigen::Vector2d(most / length * impulse) : impulse;
+}
+
 }  // namespace genphys::bullet_backend

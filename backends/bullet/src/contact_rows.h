@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 
 #include "convert.h"
 #include "genphys/error_correction.h"
@@ -86,17 +87,51 @@ void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& fir
   b.angular += impulse * row.gain_b;
 }
 
+/// How fast what rows have changed moves along a row, m/s.
+[[gnu::always_inline]] inline double RateOf(const SolverRow& row, const MotionChange& a, const MotionChange& b) {
+  const Eigen::Vector4d rates = row.push.cwiseProduct(a.linear - b.linear) + row.turn_a.cwiseProduct(a.angular) +
+                                row.turn_b.cwiseProduct(b.angular);
+  return rates.sum();
+}
+
+/// Brings the impulse of a row to `impulse`, and `applied` with it. Returns the change of its rate.
+[[gnu::always_inline]] inline double BringTo(double impulse, const SolverRow& row, double& applied, MotionChange& a,
+                                             MotionChange& b) {
+  const double change = impulse - applied;
+  applied = impulse;
+  Apply(row, change, a, b);
+  return change * row.mobility;
+}
+
 /// One turn of a row: brings its rate to what is `wanted`, as far as the bounds of the impulse `applied` let it.
 /// Returns the change of the rate.
 [[gnu::always_inline]] inline double Relax(const SolverRow& row, double wanted, double lower, double upper,
                                            double& applied, MotionChange& a, MotionChange& b) {
-  const Eigen::Vector4d rates = row.push.cwiseProduct(a.linear - b.linear) + row.turn_a.cwiseProduct(a.angular) +
-                                row.turn_b.cwiseProduct(b.angular);
-  const double before = applied;
-  applied = std::min(std::max(before + wanted - rates.sum() * row.inverse, lower), upper);
-  const double change = applied - before;
-  Apply(row, change, a, b);
-  return change * row.mobility;
+  const double free = applied + wanted - RateOf(row, a, b) * row.inverse;
+  return BringTo(std::min(std::max(free, lower), upper), row, applied, a, b);
+}
+
+/// The impulses (N*s) of two rows that come nearest to `wanted` (m/s), by the energy of what is left, of all in a disc
+/// of radius `most`: where they slip they are against the slip. `mobility`: m/s per N*s of each by each.
+Eigen::Vector2d NearestInDisc(const Eigen::Matrix2d& mobility, const Eigen::Vector2d& wanted, double most);
+
+/// One turn of two rows across each other, whose impulses together stay in a disc of radius `most` (N*s), as friction
+/// does whichever way it acts. Returns the larger change of their rates.
+inline double RelaxInDisc(SolverRow& first, SolverRow& second, double most, MotionChange& a, MotionChange& b) {
+  const auto lack = [&](const SolverRow& row) { return row.wanted - RateOf(row, a, b) * row.inverse; };
+  const Eigen::Vector2d held(first.impulse, second.impulse), lacks(lack(first), lack(second));
+  if ((held + lacks).squaredNorm() <= most * most) {
+    const double change = std::abs(BringTo(held.x() + lacks.x(), first, first.impulse, a, b));
+    const double rest = std::sqrt(std::max(most * most - first.impulse * first.impulse, 0.0));
+    return std::max(change, std::abs(Relax(second, second.wanted, -rest, rest, second.impulse, a, b)));
+  }
+  const double both = first.push.dot(second.push) * (a.inverse_mass + b.inverse_mass) +
+                      first.gain_a.dot(second.turn_a) + first.gain_b.dot(second.turn_b);
+  const Eigen::Matrix2d mobility{{1 / first.inverse, both}, {both, 1 / second.inverse}};
+  const Eigen::Vector2d wanted = mobility * held + mobility.diagonal().cwiseProduct(lacks);
+  const Eigen::Vector2d to = NearestInDisc(mobility, wanted, most);
+  const double change = std::abs(BringTo(to.x(), first, first.impulse, a, b));
+  return std::max(change, std::abs(BringTo(to.y(), second, second.impulse, a, b)));
 }
 
 }  // namespace genphys::bullet_backend

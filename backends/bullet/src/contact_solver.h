@@ -95,6 +95,12 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     int end_friction;
     uint32_t few;  // see AddPair()
   };
+  // Against turning about a line.
+  struct Torsion : BoundedRow {
+    int normal = 0;                // the row of the contact whose impulse bounds it
+    double arm = 0;                // m, by how much
+    bool is_first_of_two = false;  // about lines across each other, bounded together
+  };
   int SolverBodyOf(Body* body, double step_size);
   // Where friction works on a point, and how.
   struct Surface {
@@ -107,13 +113,13 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   void FindGoingOn(double step_size);
   // m/s, of a over b, of going_on_.
   btVector3 SlipGoingOn(int a, int b, const btVector3& place) const;
-  // Of few: whether friction of something that it slides on is about to brake it.
-  bool IsBraked(int id) const;
+  // Whether one of the two goes along their surfaces before the solve.
+  bool GoesAlong(const ContactPoint& point, int id_a, int id_b) const;
   void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip);
   // Of the last point.
   void AddFriction(const btVector3& direction, const Surface& surface);
   void AddTorsions();
-  void AddTorsion(int normal, const Vector3& axis, double arm);
+  Torsion& AddTorsion(int normal, const Vector3& axis, double arm);
   // One turn of a row in a sweep. Returns the change of its rate.
   double Resolve(SolverRow& row, double wanted, double lower, double upper) {
     return Relax(row, wanted, lower, upper, row.impulse, ChangeOf(row.a), ChangeOf(row.b));
@@ -151,7 +157,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   // By body of Bullet's pool, in place of what it would change there itself.
   std::vector<MotionChange> changes_;   // of velocities
   std::vector<MotionChange> going_on_;  // velocities, were all points to push and brake as in the last step
-  std::vector<uint8_t> brakes_;         // by the same, of few: slides on something
+  std::vector<uint8_t> goes_;           // by island of few: something in it GoesAlong()
   std::vector<MotionChange> moves_;     // velocities that only take overlaps apart
   std::vector<AddedPoint> points_;      // by row of their normal
   size_t point_count_ = 0;              // of pairs_
@@ -162,11 +168,6 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   Leaps leaps_;
   Stirred pushed_;                  // the same of overlaps
   std::vector<BoundedRow> joints_;  // parallel to rows_
-  // Against turning about a line.
-  struct Torsion : BoundedRow {
-    int normal = 0;  // the row of the contact whose impulse bounds it
-    double arm = 0;  // m, by how much
-  };
   std::vector<Torsion> torsions_;
   bool is_direct_ = false;
   size_t turns_ = 0;  // of points and rows of joints, in the last sweep

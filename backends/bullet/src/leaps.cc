@@ -19,6 +19,10 @@ void Leaps::Begin(size_t rows, size_t islands) {
   islands_.assign(islands, {});
 }
 
+void Leaps::Forget() {
+  for (Island& island : islands_) island.since = 0;
+}
+
 bool Leaps::Decide() {
   bool is_any = false;
   leads_nowhere_ = true;

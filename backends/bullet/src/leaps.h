@@ -18,6 +18,9 @@ class Leaps {
   /// Before the first sweep over so many rows of so many islands.
   void Begin(size_t rows, size_t islands);
 
+  /// From now on sweeps are others than before, with which they cannot be compared.
+  void Forget();
+
   /// Before the rows of a sweep are noted.
   void BeginSweep() { next_ = 0; }
   /// After a sweep, for each row in the same order: its impulse, and its `mobility`, m/s per N*s.

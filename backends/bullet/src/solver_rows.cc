@@ -35,14 +35,6 @@ double Mobility(const btVector3& direction, const btVector3& place, const btSolv
   return row.mobility;
 }
 
-// Whether the two slip faster at the point than friction can stop in a step.
-bool Slides(const ContactPoint& point, const ContactPair& pair, double step_size) {
-  const Vector3 slip = point.relative_velocity + pair.surface_velocity;
-  const Vector3 across = slip - slip.dot(point.normal) * point.normal;
-  const double soon = kGravity * point.friction * step_size;
-  return across.squaredNorm() > soon * soon;
-}
-
 }  // namespace
 
 void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolverInfo& info) {
@@ -76,23 +68,21 @@ void ContactSolver::convertContacts(btPersistentManifold**, int, const btContact
 
 void ContactSolver::FindGoingOn(double step_size) {
   going_on_.clear();
-  brakes_.clear();
+  goes_.clear();
   const auto origin = [&](int id) { return FromBullet(BodyAt(id).m_worldTransform.getOrigin()); };
   // Impulses first.
   for (const AddedPair& added : pairs_) {
     if (!added.is_of_few()) continue;
     const int id_a = SolverBodyOf(added.a, step_size), id_b = SolverBodyOf(added.b, step_size);
     going_on_.resize(changes_.size());
-    brakes_.resize(changes_.size());
+    if (goes_.size() <= added.few) goes_.resize(added.few + 1);
     const Vector3 center_a = origin(id_a), center_b = origin(id_b);
     MotionChange &a = going_on_[static_cast<size_t>(id_a)], &b = going_on_[static_cast<size_t>(id_b)];
     for (size_t i = 0; i < added.points.size(); ++i) {
       const ContactPoint& point = added.points[i];
       const PointImpulse& last = added.impulses[i];
       if (point.is_ahead) continue;
-      if (Slides(point, *added.pair, step_size)) {
-        brakes_[static_cast<size_t>(id_a)] = brakes_[static_cast<size_t>(id_b)] = true;
-      }
+      if (!goes_[added.few]) goes_[added.few] = GoesAlong(point, id_a, id_b);
       const Vector3 impulse = last.normal * point.normal + last.friction;
       a.linear.head<3>() -= impulse;
       b.linear.head<3>() += impulse;
@@ -119,9 +109,14 @@ btVector3 ContactSolver::SlipGoingOn(int a, int b, const btVector3& place) const
   return velocity(a) - velocity(b);
 }
 
-bool ContactSolver::IsBraked(int id) const {
-  const auto body = static_cast<size_t>(id);
-  return brakes_[body] && changes_[body].inverse_mass > 0;
+bool ContactSolver::GoesAlong(const ContactPoint& point, int id_a, int id_b) const {
+  const btVector3 place = ToBullet(point.position), normal = ToBullet(point.normal);
+  const double least = kNoDirection * kGravity * point.friction * info_.m_timeStep;
+  const auto goes = [&](int id) {
+    const btVector3 velocity = VelocityAt(m_tmpSolverBodyPool[id], place);
+    return (velocity - normal * normal.dot(velocity)).length2() > least * least;
+  };
+  return goes(id_a) || goes(id_b);
 }
 
 void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip) {
@@ -169,7 +164,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
     // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
     // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
     // the last step, and against what would still slip if it did the same again.
-    along = SlipGoingOn(id_a, id_b, place) - run + inverse_mass * ToBullet(grip.braked);
+    along = along_surface(SlipGoingOn(id_a, id_b, place) - run) + inverse_mass * ToBullet(grip.braked);
   }
   std::array<btVector3, 2> directions;
   FindTangents(push, along, directions[0], directions[1]);
@@ -189,9 +184,9 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const bool is_held = is_direct_ || (added.is_of_few() && grip.bears && !grip.is_on_a_line);
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
   const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
-  // Nor does anything tell a direction for what goes along with something that is about to be braked, and did not yet.
-  const bool is_unknown =
-      along.length() < kNoDirection * soon && added.is_of_few() && (IsBraked(id_a) || IsBraked(id_b));
+  // Nor does anything tell a direction for what does not slip, and did not, where something in its island goes along
+  // surfaces: that may be braked or pushed from now on, and what lies on it or below with it.
+  const bool is_unknown = added.is_of_few() && along.length() < kNoDirection * soon && goes_[added.few];
   if (bears || ((is_held || may_roll) && !slides) || is_unknown) AddFriction(directions[1], surface);
 }
 
@@ -216,17 +211,18 @@ void ContactSolver::AddTorsions() {
     const Vector3 axis = -added.point->normal;
     if (added.spinning_friction > 0) AddTorsion(static_cast<int>(i), axis, added.spinning_friction);
     if (added.rolling_friction == 0) continue;
-    // The bound is one of each axis alone: along the rolling it is the same whatever way that goes.
+    // What is solved all at once has a bound for each line alone: along the rolling it is the same whatever way that
+    // goes.
     const Vector3 spin = FromBullet(BodyAt(normals_[i].b).m_angularVelocity - BodyAt(normals_[i].a).m_angularVelocity);
     const Vector3 across = spin - axis * axis.dot(spin);
     const double speed = across.norm();
     const Vector3 first = speed > kNoSpin ? Vector3(across / speed) : axis.unitOrthogonal();
-    AddTorsion(static_cast<int>(i), first, added.rolling_friction);
+    AddTorsion(static_cast<int>(i), first, added.rolling_friction).is_first_of_two = true;
     AddTorsion(static_cast<int>(i), axis.cross(first), added.rolling_friction);
   }
 }
 
-void ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm) {
+ContactSolver::Torsion& ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm) {
   const SolverRow& normal = normals_[static_cast<size_t>(normal_index)];
   Torsion& to = torsions_.emplace_back();
   to.a = normal.a;
@@ -237,6 +233,7 @@ void ContactSolver::AddTorsion(int normal_index, const Vector3& axis, double arm
   const double bound = arm * normal.impulse;
   const double turned = points_[static_cast<size_t>(normal_index)].impulse->torque.dot(axis);
   StartFrom(std::clamp(turned, -bound, bound), to);
+  return to;
 }
 
 }  // namespace genphys::bullet_backend
