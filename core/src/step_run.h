@@ -50,11 +50,6 @@ class StepRun {
   // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes, with what those
   // touch. Whether pairs of others than `moved` may have changed.
   bool CollideAndWake(const std::vector<EntityRow>* moved);
-  // The same of who was woken last.
-  void CollideWoken();
-  bool WakeTouched();
-  bool WillTouch(const ContactPair& pair) const;
-  void WakeCarried(std::vector<EntityRow>& carried) const;
   void FinishJoints();
   void Substep(double h, double elapsed);
   void Solve(double h);
@@ -68,6 +63,20 @@ class StepRun {
   void Retire(std::span<const EntityRow> strays);
   void RetireStrays();
   void Mark(std::string_view stage);
+
+  // Who is woken (step_wake.cc).
+  bool WakeTouched();
+  void WakeCarried(std::vector<EntityRow>& carried) const;
+  // CollideAndWake() of who was woken last.
+  void CollideWoken();
+  void WakeMet(double h);
+  std::vector<EntityRow> FindMet(double h);
+  void FindDrives(double h);
+  double DriveOf(const ContactPair& pair, double h) const;
+  double DriveOf(const JointDesc& joint, double h) const;
+  Push WholePush(EntityRow row) const;
+  Push NewPush(EntityRow row) const;
+  Vector3 GainAt(EntityRow row, const Push& push, const Vector3& point, double h) const;
 
   // The ways of kinematic bodies (step_passages.cc).
   // Returns those whose way is over, who may be elsewhere now.
@@ -178,8 +187,7 @@ class StepRun {
 
   World& world_;
   double step_size_;
-  double substep_ = 0;     // s
-  double look_ahead_ = 0;  // s, within which a sleeper is woken for what comes
+  double substep_ = 0;  // s
   Solver solver_ = Solver::kAutomatic;
   bool ran_ = false;                // something was moved
   bool is_first_ = true;            // substep

@@ -23,6 +23,7 @@ struct StepScratch {
   RowValues<Wrench> last_samples{Wrench{}};           // of the last one
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
   std::vector<Vector3> bends;                         // by pair, m/s: how more its surfaces slip
+  RowValues<double> drives{0};                        // m/s: see StepRun::FindDrives()
   RowValues<int> struck_index{-1};                    // of impacts
   RowValues<int> group_of{-1};                        // of what joints hold together and impacts hit
   RowValues<int> passed_index{-1};                    // of impacts that are passed on
@@ -49,7 +50,7 @@ struct StepScratch {
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
-    reset(wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
+    reset(drives, wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
           group_of, swept_index, places, earliest, free_since, stances, passed_index, flew, jolted, reached, jointed,
           linked, held, changed, moved, tested, flies, steered, strays, pushed);
   }

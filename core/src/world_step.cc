@@ -152,7 +152,6 @@ void StepRun::Advance() {
   settled_ =
       std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == world_.layer_.last_substep;
   is_rearranged_ = world_.contacts_stale_;
-  look_ahead_ = substep_;
   if (is_rearranged_) {
     CollideAndWake(nullptr);
   } else if (WakeTouched()) {
@@ -178,11 +177,7 @@ void StepRun::RunEngine(uint32_t substeps) {
     RestartCarried();
     ResolveImpacts(substep_, 0, false);
   }
-  for (uint32_t i = 0; i < substeps; ++i) {
-    // Whom the next step touches wakes in it.
-    if (i + 1 == substeps) look_ahead_ = 0;
-    Substep(substep_, i * substep_);
-  }
+  for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);
   FinishNetForces();
   FinishJoints();
 }
@@ -234,65 +229,9 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
   return is_all_new;
 }
 
-void StepRun::CollideWoken() {
-  const std::vector<EntityRow> woken = world_.roused_;
-  CollideAndWake(&woken);
-}
-
-bool StepRun::WakeTouched() {
-  // Copied, since waking changes what is active.
-  std::vector<EntityRow> touched;
-  const auto& contacts = world_.contacts_;
-  for (const ContactPair& pair : contacts.pairs) {
-    if (pair.is_sensor) continue;
-    for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
-      if (!state_.asleep[Index(row)] || world_.layer_.faulted[Index(row)]) continue;
-      if (WillTouch(pair)) touched.push_back(row);
-    }
-  }
-  WakeCarried(touched);
-  for (EntityRow row : touched) world_.WakeIslandOf(row);
-  world_.WakeStirred();
-  return !touched.empty();
-}
-
-// Whether the two touch, or come so near in the next substep of this step that the engine would stop one at the other:
-// a sleeper must be awake by then, for it weighs infinitely much until it is.
-bool StepRun::WillTouch(const ContactPair& pair) const {
-  const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
-  const auto falls = [&](EntityRow row) -> Vector3 {
-    const BodyTraits& traits = world_.scene_.entities[Index(row)]->traits;
-    const bool moves = world_.active_[Index(row)] && traits.is_dynamic;
-    return moves ? Vector3(look_ahead_ * traits.gravity_scale * world_.scene_.world.gravity) : Vector3(Vector3::Zero());
-  };
-  const Vector3 gained = falls(pair.entity_b) - falls(pair.entity_a);
-  const auto first = world_.contacts_.points.begin() + pair.first_point;
-  return std::any_of(first, first + pair.point_count, [&](const ContactPoint& p) {
-    const Vector3 velocity =
-        VelocityAt(pair.entity_b, center_b, p.position) - VelocityAt(pair.entity_a, center_a, p.position) + gained;
-    return p.depth >= kTouchingDepth + look_ahead_ * std::min(0.0, velocity.dot(p.normal));
-  });
-}
-
-// Whoever sleeps on a joint to what now moves by itself.
-void StepRun::WakeCarried(std::vector<EntityRow>& carried) const {
-  if (world_.roused_.empty() && !joints_.HoldSleeper()) return;
-  for (const std::span<const EntityRow> rows :
-       {std::span<const EntityRow>(rows_), {kinematic_rows_}, {world_.roused_}}) {
-    for (const EntityRow row : rows) {
-      if (!world_.active_[Index(row)]) continue;
-      for (const uint32_t slot : world_.joint_index_.Of(row)) {
-        const JointDesc& joint = world_.scene_.joints[slot]->desc;
-        const EntityRow other = RowOf(joint.entity_a) == row ? RowOf(joint.entity_b) : RowOf(joint.entity_a);
-        if (other == kWorldRow || !state_.asleep[Index(other)] || world_.layer_.faulted[Index(other)]) continue;
-        carried.push_back(other);
-      }
-    }
-  }
-}
-
 void StepRun::Substep(double h, double elapsed) {
   is_first_ = elapsed == 0;
+  WakeMet(h);
   FindBends(h);
   for (Mover& mover : movers_) BeginMover(mover);
   joints_.Begin(h);
