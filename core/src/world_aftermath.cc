@@ -33,8 +33,10 @@ void World::WakeIslandOf(EntityRow row) {
   if (state_.asleep[Index(row)]) aftermath_.stirred.push_back(row);
 }
 
+// Who touches it or hangs on it.
 void World::WakeNeighboursOf(EntityRow row) {
   aftermath_.displaced.push_back(state_.ids[Index(row)]);
+  if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(state_.ids[Index(row)]);
   for (const uint32_t slot : joint_index_.Of(row)) {
     const JointDesc& joint = scene_.joints[slot]->desc;
     const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);

@@ -208,8 +208,9 @@ void World::AttachBody(EntityRow entity) {
 
 void World::DetachBody(EntityRow entity) {
   const uint32_t row = Index(entity);
-  if (!scene_.entities[row]->desc->rigid_body) return;
+  // Joints and springs hold what has no body, too.
   WakeNeighboursOf(entity);
+  if (!scene_.entities[row]->desc->rigid_body) return;
   aftermath_.detached.push_back(state_.ids[row]);
   if (engine_ != nullptr) {
     engine_->RemoveBody(entity);
@@ -397,15 +398,14 @@ void World::SetPoseNow(const SetPose& command) {
   if (command.orientation && !IsSame(before.orientation, *command.orientation)) {
     state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
   }
+  WakeNeighboursOf(row);
   const EntityDesc& desc = *scene_.entities[slot]->desc;
   if (!desc.rigid_body) return;
   if (state_.pose(row) != before) layer_.half_steps[slot].Restart();
   Revive(row);
   TellPose(row);
   contacts_stale_ = true;
-  WakeNeighboursOf(row);
   WakeIslandOf(row);
-  if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
   if (!IsDynamic(desc)) WakeWhereItIs(row);
 }
 

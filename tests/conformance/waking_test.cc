@@ -133,5 +133,73 @@ TEST_P(Waking, WhoIsStoodBesideSleepsOn) {
   }
 }
 
+/// A ball that sleeps on a spring or on a rod, 1 m below something at this height (m).
+struct Hanging {
+  static constexpr double kHeight = 5;
+
+  Hanging(const std::string& engine, EntityDesc holder, bool is_joint) : world(MakeWorld(engine)) {
+    holder.pose.position = {0, 0, kHeight};
+    held_by = Add(*world, holder);
+    ball = Add(*world, Ball({0, 0, kHeight - 1}, 0.2));
+    if (is_joint) {
+      JointDesc joint;
+      joint.kind = BallJoint{};
+      joint.entity_a.id = held_by;
+      joint.entity_b.id = ball;
+      joint.frame_in_a = Pose{};
+      joint.frame_in_b = Pose{.position = {0, 0, 1}};
+      Do(*world, CreateJoint{joint});
+    } else {
+      const SpringField spring{.a = held_by, .b = ball, .rest_length = 1 - 9.81 / 1e3, .stiffness = 1e3, .damping = 60};
+      Do(*world, CreateForceField{{.kind = spring}});
+    }
+    Steps(*world, 300);
+    EXPECT_TRUE(Asleep(*world, ball));
+  }
+
+  std::unique_ptr<World> world;
+  EntityId held_by;
+  EntityId ball;
+};
+
+EntityDesc Carrier(const Vector3& velocity) {
+  EntityDesc carrier = Crate({0, 0, Hanging::kHeight}, 0.1);
+  carrier.rigid_body->motion_type = MotionType::kKinematic;
+  carrier.rigid_body->linear_velocity = velocity;
+  return carrier;
+}
+
+TEST_P(Waking, WhoHangsOnAPlaceWakesWhenItIsPutElsewhere) {
+  Proves({Claim::kSpringField});
+  Require(*MakeWorld(), Feature::kJointBall);
+  for (const bool is_joint : {false, true}) {
+    for (const bool is_update : {false, true}) {
+      const Hanging hanging(GetParam(), EntityDesc(), is_joint);
+      EntityDesc put;
+      put.pose.position = {3, 0, Hanging::kHeight};
+      if (is_update) {
+        Do(*hanging.world, UpdateEntity{hanging.held_by, put, {static_cast<uint32_t>(EntityField::kPose)}});
+      } else {
+        Do(*hanging.world, SetPose{.id = hanging.held_by, .position = put.pose.position});
+      }
+      EXPECT_FALSE(Asleep(*hanging.world, hanging.ball)) << (is_joint ? "on a joint" : "on a spring");
+    }
+  }
+}
+
+TEST_P(Waking, WhoHangsOnWhatIsMadeAnotherWakes) {
+  Proves({Claim::kSpringField, Claim::kLiveChange});
+  Require(*MakeWorld(), Feature::kJointBall);
+  constexpr uint32_t kBody = static_cast<uint32_t>(EntityField::kRigidBody);
+  for (const bool is_joint : {false, true}) {
+    for (const EntityDesc& before : {EntityDesc(), Carrier({0, 0, 0})}) {
+      const Hanging hanging(GetParam(), before, is_joint);
+      Do(*hanging.world, UpdateEntity{hanging.held_by, Carrier({1, 0, 0}), {kBody}});
+      EXPECT_FALSE(Asleep(*hanging.world, hanging.ball))
+          << (is_joint ? "on a joint" : "on a spring") << (before.rigid_body ? "" : ", from nothing");
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing
