@@ -284,6 +284,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     near_->Renew(geometry_rows_[slot]);
     contacts_stale_ = true;
     WakeNeighboursOf(row);
+    // Whom it is inside may have been ignored until now.
+    if (!IsDynamic(*entity.desc)) WakeWhereItIs(row);
   }
   const EntityDesc& now = *entity.desc;
   if ((fields.bits & kMovedBy) != 0) Halt(command.id);

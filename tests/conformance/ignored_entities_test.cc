@@ -113,6 +113,30 @@ TEST_P(IgnoredEntities, WakeWhenTheyAreToldSo) {
   EXPECT_NEAR(PositionOf(*world, high).z(), 0.5, kTouch);
 }
 
+TEST_P(IgnoredEntities, WakeWhoSleepsInsideThemOnceTheyAreNot) {
+  Proves({Claim::kSleeping});
+  for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
+    for (const bool sleeper_names : {false, true}) {
+      const auto world = MakeWorld();
+      const EntityId ball = Add(*world, Ball({0, 0, 0.5})), other = Add(*world, Ball({9, 0, 0.5}));
+      EntityDesc wedge = Ball({0.7, 0, 0.5});
+      wedge.rigid_body->motion_type = motion;
+      const EntityId inside = Add(*world, Ignoring(wedge, {ball}));
+      if (sleeper_names) {
+        SetIgnored(*world, ball, {inside});
+        SetIgnored(*world, inside, {});
+      }
+      Steps(*world, 120);
+      ASSERT_TRUE(Asleep(*world, ball) && Asleep(*world, other));
+      SetIgnored(*world, sleeper_names ? ball : inside, {});
+      EXPECT_FALSE(Asleep(*world, ball));
+      EXPECT_TRUE(Asleep(*world, other)) << "it is elsewhere";
+      Steps(*world, 60);
+      EXPECT_LT(PositionOf(*world, ball).x(), -0.2) << "it is pushed out";
+    }
+  }
+}
+
 TEST_P(IgnoredEntities, AreStillIgnoredWithAnotherShapeAndOnAnotherEngine) {
   Proves({Claim::kLiveChange, Claim::kEngineChange});
   const auto world = MakeWorld();
