@@ -285,7 +285,7 @@ class StepResult(Frame):
         events_left_out: Which of them had no room in the reply, as of thousands of steps; None: all are there. Then a
             warning says so, too: ask for fewer steps or kinds at once, or listen by `World.events`.
         created: Entities that the commands of a batch created, in order.
-        stats: Of the last step; None if they were not asked for.
+        stats: Of the last of these steps; None if they were not asked for, or if there was no step.
     """
 
     __slots__ = ("events", "events_left_out", "created", "stats")

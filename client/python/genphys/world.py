@@ -50,7 +50,7 @@ class PreparedStep:
             rows,
             tuple(map(world._event, events)) if events else (),
             created,
-            stats_of(response.stats) if self.request.stats else None,
+            stats_of(response.stats) if response.HasField("stats") else None,
             whole,
             _events_left_out(response),
             self.request.frame,

@@ -156,6 +156,13 @@ def test_a_frame_has_only_what_was_asked_for(world):
     assert none.stats.entities_in_flight + none.stats.entities_in_engine == 2
 
 
+def test_a_call_without_steps_has_no_statistics_and_not_all_zeros(world):
+    world.add_sphere(position=(0, 0, 5))
+    assert world.step(3, stats=True).stats is not None
+    assert world.step(0, stats=True).stats is None
+    assert world.step(1).stats is None
+
+
 def test_a_frame_of_an_empty_world_tells_what_was_asked_for_from_what_was_not(space):
     with space.frames(genphys.FrameRequest(velocities=False)) as stream:
         frames = [next(stream), space.step(frame=genphys.FrameRequest(velocities=False))]

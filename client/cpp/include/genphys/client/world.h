@@ -36,7 +36,7 @@ struct StepResult {
   uint64_t last_sequence = 0;      // of the last event looked at
   std::optional<Gap>
       events_left_out;         // set: these had no room in a reply, WatchEvents() after last_sequence tells them
-  std::optional<Stats> stats;  // if asked for
+  std::optional<Stats> stats;  // of the last of these steps, if asked for
 };
 
 /// What a world is and where it stands.
