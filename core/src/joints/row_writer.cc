@@ -41,6 +41,12 @@ Vector3 Log(const Quaternion& q) {
 
 }  // namespace
 
+// After a longer substep it is longer than this one. Where no solve acts on either side it has no end.
+double RowWriter::interval() const {
+  const double shorter = std::min(a_.body->interval, b_.body->interval);
+  return std::isfinite(shorter) ? shorter : step_size_;
+}
+
 // Of b against a, as it is now or was before the forces of this substep.
 double RowWriter::RateOf(const Coordinate& coordinate, bool before) const {
   const JointBody &a = *a_.body, &b = *b_.body;

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <limits>
 #include <span>
 #include <vector>
@@ -61,7 +60,7 @@ class RowWriter {
         positions_(&positions) {}
 
   /// For how long (s) the impulses of the rows act.
-  double interval() const { return std::min({a_.body->interval, b_.body->interval, 2 * step_size_}); }
+  double interval() const;
   /// Whether rows are not asked for, but what the coordinates are.
   bool is_noting() const { return rows_ == nullptr && positions_ == nullptr; }
   /// Whether only what is locked counts.
