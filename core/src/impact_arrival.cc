@@ -87,18 +87,20 @@ void Impacts::AddImpulse(EntityRow row, const Vector3& linear, const Vector3& an
 }
 
 void Impacts::AddLoose(const Group& group) {
-  for (const uint32_t slot : group.linked.slots) {
+  const auto add = [&](uint32_t slot) {
     const JointDesc& desc = world_.scene.joints[slot]->desc;
-    if (IsJolted(RowOf(desc.entity_a)) || IsJolted(RowOf(desc.entity_b))) continue;
+    if (IsJolted(RowOf(desc.entity_a)) || IsJolted(RowOf(desc.entity_b))) return;
     for (const JointRow& row : world_.joints.LooseRows(slot)) {
       for (const auto& [side, sign] : {std::pair(row.a, -1.0), std::pair(row.b, 1.0)}) {
-        const JointBody* const body = side == kWorldRow ? nullptr : world_.joints.Find(side);
-        if (body == nullptr) continue;
-        const Velocities push = ImpulseOf(row, sign, body->center);
+        // What pushes others may be one of theirs as well.
+        if (side == kWorldRow || GroupOf(side) != &group) continue;
+        const Velocities push = ImpulseOf(row, sign, world_.joints.Find(side)->center);
         AddImpulse(side, push.linear, push.spin);
       }
     }
-  }
+  };
+  std::ranges::for_each(group.linked.slots, add);
+  std::ranges::for_each(group.linked.loose, add);
 }
 
 void Impacts::AddContacts() {

@@ -30,7 +30,7 @@ void Impacts::FindGroups() {
     for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
       if (!IsLinked(row)) continue;
       if (!world_.linked[row]) {
-        groups_.push_back({.linked = world_.joints.LinkedWith(row, world_.linked)});
+        groups_.push_back({.linked = world_.joints.TiedTo(row, world_.linked)});
         impacts.push_back(0);
         for (const EntityRow member : groups_.back().linked.rows) {
           world_.group_of[member] = static_cast<int>(groups_.size()) - 1;
@@ -121,7 +121,7 @@ bool Impacts::Tie(Group& group) {
   std::vector<JointBody> bodies = BodiesOf(group, group.time);
   std::vector<uint32_t> slots;
   std::vector<JointRow> rows = RowsOf(group, bodies, slots);
-  return !rows.empty() && ties_.Add(group.members, std::move(bodies), std::move(rows), std::move(slots));
+  return ties_.Add(group.members, std::move(bodies), std::move(rows), std::move(slots));
 }
 
 // Of all that joints and locked axes hold between `bodies`; `slots` are the joints of the first of them.

@@ -1,5 +1,7 @@
 #include "genphys/joint.h"
 
+#include <algorithm>
+
 namespace genphys {
 namespace {
 
@@ -28,6 +30,19 @@ struct AxesVisitor {
   }
 };
 
+struct LocksVisitor {
+  bool operator()(const DistanceJoint& joint) const { return joint.axis.limits.lock(); }
+  bool operator()(const SixDofJoint& joint) const {
+    const auto is_locked = [](const std::optional<JointAxis>& axis) { return !axis || axis->limits.lock(); };
+    return std::ranges::any_of(joint.along, is_locked) || std::ranges::any_of(joint.about, is_locked);
+  }
+  // All others lock what they are named for.
+  template <typename Joint>
+  bool operator()(const Joint&) const {
+    return true;
+  }
+};
+
 }  // namespace
 
 std::vector<JointAxis*> AxesOf(JointKind& kind) {
@@ -42,6 +57,8 @@ Motor* FirstMotor(JointKind& kind) {
   }
   return nullptr;
 }
+
+bool LocksAny(const JointKind& kind) { return std::visit(LocksVisitor(), kind); }
 
 bool IsDriven(const JointKind& kind) {
   JointKind copy = kind;

@@ -101,9 +101,12 @@ class JointStep {
   struct Linked {
     std::vector<EntityRow> rows;  // the entity first
     std::vector<uint32_t> slots;  // ascending
+    std::vector<uint32_t> loose;  // ascending; on one of the rows, and not what holds them together
   };
   /// Marks them in `seen`, which has none of them.
   Linked LinkedWith(EntityRow row, RowMarks& seen) const;
+  /// The same of joints that lock something: others let go of each other in a blow.
+  Linked TiedTo(EntityRow row, RowMarks& seen) const;
 
   /// Appends the rows of all that a joint locks, between these bodies where they are.
   void WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const;
@@ -194,6 +197,8 @@ class JointStep {
   JointBody EndOf(EntityRow side, size_t place) const;
   // Those of a joint between bodies as they are, with nothing foretold, for a solve over `h` seconds.
   std::vector<JointRow> RowsBetween(uint32_t slot, const JointBody& a, const JointBody& b, double h) const;
+  template <typename IsLoose>
+  Linked LinkedWith(EntityRow row, RowMarks& seen, IsLoose&& is_loose) const;
   const JointRow* SolvedLimit(const Held& held, const JointRow& now) const;
   bool WriteReached(const Held& held, const JointBody& body_a, const JointBody& body_b, double h,
                     std::vector<JointRow>& rows) const;

@@ -8,9 +8,19 @@
 #include "locked_axes.h"
 
 namespace genphys {
+namespace {
 
-JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
-  Linked linked{.rows = {row}, .slots = {}};
+void SortOnce(std::vector<uint32_t>& slots) {
+  std::ranges::sort(slots);
+  const auto twice = std::ranges::unique(slots);
+  slots.erase(twice.begin(), twice.end());
+}
+
+}  // namespace
+
+template <typename IsLoose>
+JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen, IsLoose&& is_loose) const {
+  Linked linked{.rows = {row}, .slots = {}, .loose = {}};
   seen.Mark(row);
   const auto is_new = [&](EntityRow side) {
     if (side == kWorldRow || !active_[Index(side)] || seen[side]) return false;
@@ -20,6 +30,10 @@ JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
     for (const uint32_t slot : index_.Of(linked.rows[i])) {
       const JointDesc& desc = scene_.joints[slot]->desc;
       if (!MayHold(desc)) continue;
+      if (is_loose(slot)) {
+        linked.loose.push_back(slot);
+        continue;
+      }
       linked.slots.push_back(slot);
       for (const EntityRow side : {RowOf(desc.entity_a), RowOf(desc.entity_b)}) {
         if (!is_new(side)) continue;
@@ -28,10 +42,17 @@ JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
       }
     }
   }
-  std::ranges::sort(linked.slots);
-  const auto twice = std::ranges::unique(linked.slots);
-  linked.slots.erase(twice.begin(), twice.end());
+  SortOnce(linked.slots);
+  SortOnce(linked.loose);
   return linked;
+}
+
+JointStep::Linked JointStep::LinkedWith(EntityRow row, RowMarks& seen) const {
+  return LinkedWith(row, seen, [](uint32_t) { return false; });
+}
+
+JointStep::Linked JointStep::TiedTo(EntityRow row, RowMarks& seen) const {
+  return LinkedWith(row, seen, [&](uint32_t slot) { return !LocksAny(scene_.joints[slot]->desc.kind); });
 }
 
 std::vector<JointRow> JointStep::RowsBetween(uint32_t slot, const JointBody& a, const JointBody& b, double h) const {

@@ -40,7 +40,10 @@ bool Ties::Add(std::span<const uint32_t> members, std::vector<JointBody> bodies,
   std::vector<uint32_t> mine(group.rows.size()), body_of(group.bodies.size());
   std::iota(mine.begin(), mine.end(), 0);
   std::iota(body_of.begin(), body_of.end(), 0);
-  if (!group.solver.Solve(0, group.rows, mine, body_of, at_rest) || group.solver.is_swept()) return false;
+  const auto is_solved = [&] {
+    return group.solver.Solve(0, group.rows, mine, body_of, at_rest) && !group.solver.is_swept();
+  };
+  if (!group.rows.empty() && !is_solved()) return false;
   Hold(group, group.lacking);
   const uint32_t last = *std::ranges::max_element(members);
   if (last >= group_of_.size()) {
@@ -93,7 +96,7 @@ void Ties::Hold(Group& group, std::vector<Change>& changes) {
     row.target = -RateOf(row, a, VelocitiesOf(a), b, VelocitiesOf(b));
   }
   for (JointBody& body : group.bodies) Rest(body);
-  if (!group.solver.SolveAgain(0, group.bodies)) return;
+  if (group.rows.empty() || !group.solver.SolveAgain(0, group.bodies)) return;
   for (size_t i = 0; i < group.members.size(); ++i) {
     JointBody& body = group.bodies[i + 1];
     changes.push_back({group.members[i], body.linear_velocity, body.angular_velocity});

@@ -29,7 +29,8 @@ class Ties {
 
   /// Ties `members`, which are not tied yet, by `rows`, of which the first are of the joints `slots`. `bodies` are the
   /// world, then the members in their order, then what nothing moves, and have their places among them as rows, which
-  /// the sides of `rows` are. False, and nothing done: the rows contradict each other, or the numbers do not suffice.
+  /// the sides of `rows` are. Without rows nothing holds them. False, and nothing done: the rows contradict each other,
+  /// or the numbers do not suffice.
   bool Add(std::span<const uint32_t> members, std::vector<JointBody> bodies, std::vector<JointRow> rows,
            std::vector<uint32_t> slots);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -68,6 +69,83 @@ TEST_P(JointsBounces, PassNoThinWallAtAnySpeed) {
     EXPECT_LT(PositionOf(*world, ball).x(), -0.0599);
     // Measured: 2.5e-6 of the speed where they are welded, 2e-8 where they are tied.
     EXPECT_NEAR(VelocityOf(*world, ball).x(), -restitution * speed, 1e-5 * speed);
+  }
+}
+
+// A ball on its way to a wall along x, on a joint that locks nothing and holds nothing there, or almost. Returns it,
+// and what it is joined to unless that is the world.
+std::pair<EntityId, EntityId> AddOnLooseJoint(World& world, int kind, const Vector3& from, double speed,
+                                              double restitution) {
+  const EntityId ball = Add(world, Lively(Ball(from, 0.05), restitution, {speed, 0, 0}));
+  EntityId other;
+  DistanceJoint distance;
+  if (kind < 2) {
+    distance.axis.limits.upper = 1000;
+    if (kind == 1) other = Add(world, Lively(Ball({0, 20, 0}, 0.05), 0, {0, 1, 0}));
+  } else if (kind == 2) {
+    distance.axis.spring = Spring{.stiffness = 1e-8, .rest = 50};
+  } else {
+    distance.axis.motor = Motor{.target_velocity = 1, .force_max = 1e-7};
+  }
+  SixDofJoint free;
+  free.along.fill(JointAxis{});
+  free.about.fill(JointAxis{});
+  JointDesc joint = Between(other, ball, kind == 4 ? JointKind(free) : JointKind(distance));
+  if (other.is_null()) joint.frame_in_a = Pose{{0, 0, 50}};
+  joint.frame_in_b = Pose{};
+  Join(world, joint);
+  return {ball, other};
+}
+
+TEST_P(JointsBounces, PassNoThinWallOnAJointThatHoldsNothing) {
+  Proves({Claim::kJointDistance, Claim::kJointSixDof, Claim::kJointLimit, Claim::kJointSpring, Claim::kJointMotor,
+          Claim::kSphere});
+  for (uint64_t seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double speed = random.LogUniform(3, 300), restitution = seed % 4 == 0 ? 0 : random.Uniform(0, 1);
+    const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+    Add(*world, Wall(restitution));
+    const double ahead = random.Uniform(0.1, 2);
+    const Vector3 from(-0.06 - ahead, random.Uniform(-1, 1), random.Uniform(-1, 1));
+    const auto [ball, other] = AddOnLooseJoint(*world, static_cast<int>(seed % 5), from, speed, restitution);
+    const int steps = static_cast<int>(ahead / speed / kStep) + 2;
+    Steps(*world, steps);
+    const double time = steps * kStep, since = time - ahead / speed;
+    // As if it were free: to where it is from when it met the wall, which is known by so much of a depth.
+    const double met = ImpactDepth(speed, SubstepOf(*world));
+    EXPECT_NEAR(PositionOf(*world, ball).x(), -0.06 - restitution * speed * since, 2 * (1 + restitution) * met);
+    // Spring and motor give it that much, and what stays there is pushed out of the depth at which it was found.
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), -restitution * speed, 1e-6 + met / SubstepOf(*world));
+    EXPECT_EQ(Of<ContactBegan>(world->TakeEvents()).size(), 1u);
+    const double aside = other.is_null() ? 20 + time : PositionOf(*world, other).y();
+    EXPECT_NEAR(aside, 20 + time, kRounded * 20) << "nothing hit what it is joined to";
+  }
+}
+
+// A motor whose force has no end, and which locks nothing, pushes a ball against a wall.
+TEST_P(JointsBounces, PushOnFromTheBlowWhatTheyDoNotLock) {
+  Proves({Claim::kJointDistance, Claim::kJointMotor});
+  constexpr double kPush = 40, kMass = 2, kAhead = 0.3, kRestitution = 0.7;
+  const double pull = kPush / kMass, speed = std::sqrt(2 * pull * kAhead), met = speed / pull;
+  const auto world = MakeSpace(GetParam(), {.step_size = kStep}, Vector3::Zero());
+  Add(*world, Wall(kRestitution));
+  const EntityId ball = Add(*world, Lively(Ball({-0.06 - kAhead, 0, 0}, 0.05, kMass), kRestitution));
+  DistanceJoint distance;
+  distance.axis.motor = Motor{.target_velocity = 1000, .force_max = kPush};
+  JointDesc joint = ToWorld(ball, distance, {{-10, 0, 0}});
+  joint.frame_in_b = Pose{};
+  Join(*world, joint);
+  const int steps = static_cast<int>(met / kStep) + 1;
+  Steps(*world, steps);
+  for (int more = 0; more < 3; ++more) {
+    const double since = (steps + more) * kStep - met;
+    SCOPED_TRACE(since);
+    const double depth = ImpactDepth(speed, SubstepOf(*world));
+    EXPECT_NEAR(PositionOf(*world, ball).x(), -0.06 - kRestitution * speed * since + pull / 2 * since * since,
+                2 * (1 + kRestitution) * depth);
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), -kRestitution * speed + pull * since, 2 * pull * depth / speed);
+    Steps(*world, 1);
   }
 }
 

@@ -17,6 +17,8 @@ namespace genphys {
 struct AxisLimits {
   std::optional<double> lower;
   std::optional<double> upper;  // not below `lower`
+  /// Whether they leave no way at all: the coordinate is locked at the lower one.
+  bool lock() const { return lower && upper && *lower >= *upper; }
   bool operator==(const AxisLimits&) const = default;
 };
 
@@ -167,6 +169,9 @@ std::vector<JointAxis*> AxesOf(JointKind& kind);
 
 /// The first motor of `kind`, or null.
 Motor* FirstMotor(JointKind& kind);
+
+/// Whether anything is locked, whatever limits, springs and motors do.
+bool LocksAny(const JointKind& kind);
 
 /// Whether a motor asks for motion, so that what is joined is not left to sleep.
 bool IsDriven(const JointKind& kind);

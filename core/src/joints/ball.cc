@@ -14,8 +14,7 @@ constexpr double kLeastScale = 0.05;
 
 void WriteRows(const BallJoint& joint, RowWriter& writer) {
   writer.LockPoint();
-  const bool is_twist_locked = joint.twist.lower && joint.twist.upper && *joint.twist.lower >= *joint.twist.upper;
-  if (writer.is_foretelling() && !is_twist_locked) return;
+  if (writer.is_foretelling() && !joint.twist.lock()) return;
   const bool is_free = !joint.swing_max && !joint.twist.lower && !joint.twist.upper;
   // The turn about z that is left when the shortest turn that swings z is taken away.
   const Quaternion turn = writer.Turn();

@@ -250,7 +250,7 @@ void RowWriter::CountTurns(size_t place, double position) {
 }
 
 void RowWriter::WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend) {
-  if (limits.lower && limits.upper && *limits.lower >= *limits.upper) return LockAt(coordinate, *limits.lower, bend);
+  if (limits.lock()) return LockAt(coordinate, *limits.lower, bend);
   const double above = limits.lower ? coordinate.position - *limits.lower : JointRow::kUnbounded;
   const double below = limits.upper ? *limits.upper - coordinate.position : JointRow::kUnbounded;
   const bool is_lower = above < below;
