@@ -106,6 +106,36 @@ TEST_P(JointsDriving, ASliderOnASpringSwingsAsTheClosedFormSays) {
   }
 }
 
+// A step resolves a damper by how hard all that it turns is to turn about the joint, and not by how easily the body
+// alone would turn about its centre of mass.
+TEST_P(JointsDriving, ADampedSpringIsAsGoodFarFromTheCentreOfMassAsInIt) {
+  Proves({Claim::kJointHinge, Claim::kJointSixDof, Claim::kJointSpring});
+  constexpr double kMass = 2, kArm = 0.5, kPulse = 15, kZeta = 0.5, kStart = 1;
+  constexpr double kInertia = kMass * (0.05 * 0.05 + 0.1 * 0.1) / 3 + kMass * kArm * kArm;
+  HingeJoint hinge;
+  hinge.axis.spring =
+      Spring{.stiffness = kInertia * kPulse * kPulse, .damping = 2 * kZeta * kPulse * kInertia, .rest = -kStart};
+  SixDofJoint six;
+  six.about[2] = hinge.axis;
+  for (const double rate : {60.0, 120.0, 240.0}) {
+    for (const JointKind& kind : {JointKind(hinge), JointKind(six)}) {
+      SCOPED_TRACE(rate);
+      const auto world = MakeSpace(GetParam(), {.step_size = 1 / rate}, Vector3::Zero());
+      const EntityId arm = Add(*world, Body(Box{{0.05, 0.05, 0.1}}, {kArm, 0, 0}, kMass));
+      const JointId joint = Join(*world, ToWorld(arm, kind, FrameAlong(Vector3::UnitY())));
+      const double decay = kZeta * kPulse, pulse = kPulse * std::sqrt(1 - kZeta * kZeta);
+      // Its phase is behind by w t (w h)^2 / 12, of what is left of the swing.
+      const double predicted = kStart * std::pow(kPulse * SubstepOf(*world), 2) / 12 / (kZeta * std::exp(1));
+      for (int i = 1; i <= rate / 5; ++i) {
+        Steps(*world, 1);
+        const double t = i / rate;
+        const double left = std::exp(-decay * t) * (std::cos(pulse * t) + decay / pulse * std::sin(pulse * t));
+        ASSERT_NEAR(StateOf(*world, joint).positions[5], kStart * (left - 1), 2 * predicted) << "at " << t;
+      }
+    }
+  }
+}
+
 TEST_P(JointsDriving, ASliderKeepsToItsPathAndItsEnd) {
   Proves({Claim::kJointSlider, Claim::kJointLimit});
   const auto world = MakeSpace(GetParam());

@@ -1,8 +1,12 @@
 #include "joints/row_writer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
+
+#include "joints/row_rate.h"
 
 namespace genphys {
 namespace {
@@ -101,6 +105,43 @@ double RowWriter::Mobility(const JointRow& row, Matrix3 JointBody::*inverse_tens
     turn_b = (row.point - b_.body->center).cross(row.axis);
   }
   return linear + turn_a.dot(a_.body->*inverse_tensor * turn_a) + turn_b.dot(b_.body->*inverse_tensor * turn_b);
+}
+
+RowWriter::Lever RowWriter::LeverOf(const JointRow& row) const {
+  if (row.kind != JointRow::Kind::kLinear) return {.turn_a = row.axis, .turn_b = row.axis};
+  return {.push = row.axis,
+          .turn_a = (row.point - a_.body->center).cross(row.axis),
+          .turn_b = (row.point - b_.body->center).cross(row.axis)};
+}
+
+double RowWriter::Coupling(const Lever& row, const Lever& other) const {
+  return (a_.body->inverse_mass + b_.body->inverse_mass) * row.push.dot(other.push) +
+         row.turn_a.dot(a_.body->inverse_tensor * other.turn_a) +
+         row.turn_b.dot(b_.body->inverse_tensor * other.turn_b);
+}
+
+double RowWriter::HeldMobility(const JointRow& row) const {
+  constexpr int kMost = 6;
+  std::array<Lever, kMost> locked;
+  int count = 0;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost> among(kMost, kMost);
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1> across(kMost);
+  const Lever lever = LeverOf(row);
+  for (const JointRow& held : std::span(*rows_).subspan(first_)) {
+    if (!IsLocked(held) || count == kMost) continue;
+    locked[static_cast<size_t>(count)] = LeverOf(held);
+    const Lever& last = locked[static_cast<size_t>(count)];
+    across[count] = Coupling(last, lever);
+    for (int i = 0; i <= count; ++i) {
+      among(i, count) = among(count, i) = Coupling(locked[static_cast<size_t>(i)], last);
+    }
+    among(count, count) += held.softness;
+    ++count;
+  }
+  const double own = Coupling(lever, lever);
+  if (count == 0) return own;
+  const double taken = across.head(count).dot(among.topLeftCorner(count, count).ldlt().solve(across.head(count)));
+  return std::clamp(own - taken, 0.0, own);
 }
 
 double RowWriter::SpeedFor(double error, bool is_angular) const {
@@ -322,8 +363,12 @@ void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double
   // The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1
   // and of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
   // leapfrog). One that a step does not resolve would not decay either, so that its force is that at the end.
-  const double mobility = mobility_ / (scale * scale);
-  const double pace = std::max(stiffness * h, damping) * h * mobility;
+  const auto pace_at = [&](double mobility) {
+    return std::max(stiffness * h, damping) * h * mobility / (scale * scale);
+  };
+  double pace = pace_at(mobility_);
+  // About an axis beside it a body is harder to turn than about its centre of mass.
+  if (pace > kResolvedPace) pace = pace_at(HeldMobility(row));
   const double late = std::clamp((pace - kResolvedPace) / (kUnresolvedPace - kResolvedPace), 0.0, 1.0);
   const double inertia = (1 - late) * h * h / 4 * stiffness, resistance = (1 - late) * time / 2 * damping;
   const double after = inertia + resistance + late * time * (h * stiffness + damping);

@@ -47,6 +47,7 @@ class RowWriter {
         correction_(correction),
         state_(state),
         rows_(rows),
+        first_(rows != nullptr ? rows->size() : 0),
         expected_(expected) {}
 
   /// Writes nothing, but lists the positions of all coordinates in the order in which they are locked and driven.
@@ -108,6 +109,17 @@ class RowWriter {
   JointRow& AddRow(JointRow::Kind kind, const Vector3& axis);
   void Bound(double force_max);
   double Mobility(const JointRow& row, Matrix3 JointBody::*inverse_tensor) const;
+  // What an impulse along a row is on b, and the opposite of what it is on a.
+  struct Lever {
+    Vector3 push = Vector3::Zero();
+    Vector3 turn_a = Vector3::Zero();
+    Vector3 turn_b = Vector3::Zero();
+  };
+  Lever LeverOf(const JointRow& row) const;
+  // What an impulse along the one gives the rate of the other.
+  double Coupling(const Lever& row, const Lever& other) const;
+  // How far the row moves per impulse while the rows hold that this joint has locked so far.
+  double HeldMobility(const JointRow& row) const;
   void Soften(JointRow& row);
   bool is_scaled() const { return a_.body->factor != 1 || b_.body->factor != 1; }
   // How fast (m/s or rad/s) so large an error (m or rad) may be taken away in this substep.
@@ -124,6 +136,7 @@ class RowWriter {
   ErrorCorrection correction_;
   JointState& state_;
   std::vector<JointRow>* rows_;
+  size_t first_ = 0;  // of the rows that are of this joint
   std::vector<double>* positions_ = nullptr;
   Foresight expected_;
   size_t next_expected_ = 0;

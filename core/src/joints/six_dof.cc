@@ -26,19 +26,25 @@ std::array<Coordinate, 3> TurnsOf(const RowWriter& writer) {
 
 }  // namespace
 
+// What is locked comes first, so that springs find it held.
 void WriteRows(const SixDofJoint& joint, RowWriter& writer) {
-  if (!joint.along[0] && !joint.along[1] && !joint.along[2]) {
-    writer.LockPoint();
-  } else {
-    for (int i = 0; i < 3; ++i) {
-      const std::optional<JointAxis>& axis = joint.along[static_cast<size_t>(i)];
-      axis ? writer.Drive(writer.Along(i), *axis) : writer.Lock(writer.Along(i));
-    }
+  const auto is_set = [](const std::optional<JointAxis>& axis) { return axis.has_value(); };
+  const bool is_moved = std::ranges::any_of(joint.along, is_set), is_turned = std::ranges::any_of(joint.about, is_set);
+  if (!is_moved) writer.LockPoint();
+  for (int i = 0; i < 3; ++i) {
+    if (is_moved && !joint.along[static_cast<size_t>(i)]) writer.Lock(writer.Along(i));
   }
-  if (!joint.about[0] && !joint.about[1] && !joint.about[2]) return writer.LockOrientation();
   const std::array<Coordinate, 3> turns = TurnsOf(writer);
+  if (!is_turned) writer.LockOrientation();
   for (size_t i = 0; i < 3; ++i) {
-    joint.about[i] ? writer.Drive(turns[i], *joint.about[i]) : writer.Lock(turns[i]);
+    if (is_turned && !joint.about[i]) writer.Lock(turns[i]);
+  }
+  for (int i = 0; i < 3; ++i) {
+    const std::optional<JointAxis>& axis = joint.along[static_cast<size_t>(i)];
+    if (axis) writer.Drive(writer.Along(i), *axis);
+  }
+  for (size_t i = 0; i < 3; ++i) {
+    if (joint.about[i]) writer.Drive(turns[i], *joint.about[i]);
   }
 }
 
