@@ -90,6 +90,8 @@ class Sweeper {
     Order();
     Swept swept;
     for (const Candidate& candidate : candidates_) Meet(candidate, swept);
+    std::ranges::sort(swept.flyers);
+    swept.flyers.erase(std::unique(swept.flyers.begin(), swept.flyers.end()), swept.flyers.end());
     world_.swept_index.Clear();
     return swept;
   }
@@ -265,7 +267,12 @@ class Sweeper {
     const Sweep& sweep = sweeps_[candidate.sweep];
     const GeometryRow other = candidate.other;
     const EntityRow target = world_.rule.info(other).entity;
-    if (world_.flies[target] || (candidate.is_sensor && !world_.scene.world.recorded_events.sensors)) return;
+    if (candidate.is_sensor && !world_.scene.world.recorded_events.sensors) return;
+    if (world_.flies[target]) {
+      // Where it is in its region is only known when it is taken out of it.
+      if (near_.MayTouch(other, sweep.bounds)) swept.flyers.push_back(target);
+      return;
+    }
     const auto& rows = world_.geometry_rows[Index(target)];
     const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), other) - rows.begin());
     const Geometry& there = world_.scene.entities[Index(target)]->desc->rigid_body->geometries[place];

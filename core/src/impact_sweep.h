@@ -11,6 +11,7 @@ namespace genphys {
 struct Swept {
   std::vector<SweptPair> hits;
   std::vector<SweptPair> visits;  // of sensors, or by them
+  std::vector<EntityRow> flyers;  // of the flight lane, into whose regions ways led; ascending
 };
 
 /// What the bodies of `ways` flew into on their ways and may be out of again, for those that went or turned so far that

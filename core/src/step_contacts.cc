@@ -216,14 +216,18 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> flown = after_move ? FlownWays(h) : std::vector<FlownWay>();
   std::vector<FlownWay> renewed;
-  std::span<const FlownWay> ways = flown;
+  std::vector<FlownWay>* ways = &flown;
   FillRelativeVelocities(nullptr);
   RowMarks& changed = scratch_.changed;
   const RowMarks* looked_at = nullptr;
   bool is_over = false;
   visits_.clear();
   for (int wave = 0; wave < kWavesMax; ++wave) {
-    const Swept swept = FindSwept(surroundings, *world_.near_, ways, h);
+    Swept swept = FindSwept(surroundings, *world_.near_, *ways, h);
+    while (GroundPassed(swept, h, elapsed, flown, *ways)) {
+      FillRelativeVelocities(looked_at = nullptr);
+      swept = FindSwept(surroundings, *world_.near_, *ways, h);
+    }
     visits_.insert(visits_.end(), swept.visits.begin(), swept.visits.end());
     if (WakeSwept(swept.hits)) FillRelativeVelocities(looked_at = nullptr);
     is_over = !impacts.Solve(world_.contacts_, looked_at, swept.hits, flown);
@@ -232,7 +236,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     impacts.MarkStruck(changed);
     renewed = NewWays(impacts, flown);
     if (!renewed.empty()) AddCrossing(flown, renewed);
-    ways = renewed;
+    ways = &renewed;
     std::vector<EntityRow> rows;
     for (const FlownWay& moved : impacts.moved()) {
       rows.push_back(moved.row);
@@ -247,7 +251,6 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
       const size_t strays = faulted_.size();
       RetireStrays();
       for (const EntityRow row : rows) Place(row);
-      GroundPassed(ways, elapsed);
       GroundMet(elapsed);
       is_all_new = CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
     }

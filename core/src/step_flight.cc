@@ -2,9 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
-#include <tuple>
 #include <utility>
+#include <vector>
 
 #include "free_rotation.h"
 #include "genphys/limits.h"
@@ -164,9 +163,7 @@ void StepRun::ChooseFlyers() {
     if (!Drift()) {
       world_.near_->Settle();
       ReserveFlyers(Vector3::Zero());
-      const std::vector<EntityRow> swift = ReserveSwift();
       GroundThoseThatMeet();
-      for (const EntityRow row : swift) Place(row);
     }
   } else {
     world_.near_->Settle();
@@ -177,24 +174,6 @@ void StepRun::ChooseFlyers() {
   for (EntityRow row : rows_) {
     if (world_.flown_[Index(row)]) world_.TellPose(row);
   }
-}
-
-// Of the others, who goes farther in this step than it is thick might be past a flyer before it is looked for there.
-std::vector<EntityRow> StepRun::ReserveSwift() {
-  std::vector<EntityRow> swift;
-  if (flyers_.empty()) return swift;
-  const auto reserve = [&](EntityRow row, const Vector3& acceleration) {
-    const double speed = (state_.linear_velocities.col(Index(row)) + step_size_ * acceleration).norm();
-    const double turned = state_.angular_velocities.col(Index(row)).norm() * world_.reaches_[Index(row)];
-    if (step_size_ * (speed + turned) <= ThicknessOf(*world_.scene_.entities[Index(row)])) return;
-    world_.near_->Reserve(world_.geometry_rows_[Index(row)], RegionOf(row, acceleration, Vector3::Zero()), true);
-    swift.push_back(row);
-  };
-  for (const EntityRow row : rows_) {
-    if (!scratch_.flies[row]) reserve(row, SteadyPush(row).acceleration);
-  }
-  for (const EntityRow row : kinematic_rows_) reserve(row, Vector3::Zero());
-  return swift;
 }
 
 // Two whose regions overlap may meet, and so may a flyer and what is in its region.
@@ -232,39 +211,40 @@ void StepRun::GroundMet(double elapsed) {
   if (was_any) ForgetGrounded();
 }
 
-// So is who is in the way of what was thrown back, wherever that is by now.
-void StepRun::GroundPassed(std::span<const FlownWay> ways, double elapsed) {
-  if (flyers_.empty()) return;
-  std::vector<EntityRow> met;
-  for (const FlownWay& way : ways) {
-    const uint32_t row = Index(way.row);
-    const std::vector<Geometry>& geometries = world_.scene_.entities[row]->desc->rigid_body->geometries;
-    const Placement start = ToPlacement(way.start), end = ToPlacement(state_.pose(way.row));
-    for (size_t i = 0; i < geometries.size(); ++i) {
-      const GeometryRow own = world_.geometry_rows_[row][i];
-      const auto [shape, pose] = std::tie(geometries[i].shape, geometries[i].pose_in_entity);
-      const Bounds bounds = BoundsOf(shape, PlacedIn(start, pose)).Union(BoundsOf(shape, PlacedIn(end, pose)));
-      world_.near_->VisitOthers(world_.rule_, own, bounds, [&](GeometryRow other) {
-        const EntityRow entity = world_.rule_.info(other).entity;
-        if (!scratch_.flies[entity] || !world_.near_->MayTouch(other, bounds)) return;
-        if (world_.rule_.Decide(own, other) != PairRule::Verdict::kIgnore) met.push_back(entity);
-      });
-    }
+// So does who flies where one of `flown` went in the substep of `h` seconds, wherever that is by now: what only a solve
+// or an impact sped up, nobody could look ahead for. Whether there was any; its way is added to `flown` and to `ways`,
+// which may be the same.
+bool StepRun::GroundPassed(const Swept& swept, double h, double elapsed, std::vector<FlownWay>& flown,
+                           std::vector<FlownWay>& ways) {
+  if (swept.flyers.empty()) return false;
+  const auto add = [](const FlownWay& way, std::vector<FlownWay>& all) {
+    all.insert(std::ranges::lower_bound(all, way.row, {}, &FlownWay::row), way);
+  };
+  for (const EntityRow row : swept.flyers) {
+    Ground(row, elapsed);
+    const FlownWay way{row, movers_.back().start, h};
+    add(way, flown);
+    if (&ways != &flown) add(way, ways);
   }
-  std::ranges::sort(met);
-  met.erase(std::unique(met.begin(), met.end()), met.end());
-  for (const EntityRow row : met) Ground(row, elapsed);
-  if (!met.empty()) ForgetGrounded();
+  ForgetGrounded();
+  CollideAndWake(&swept.flyers);
+  return true;
 }
 
+// From now on it is one of the movers, as if it had been one since the step began.
 void StepRun::Ground(EntityRow row, double elapsed) {
-  const auto flyer =
-      std::find_if(flyers_.begin(), flyers_.end(), [&](const Flyer& candidate) { return candidate.row == row; });
+  const auto flyer = std::ranges::lower_bound(flyers_, row, {}, &Flyer::row);
   scratch_.flies.Unmark(row);
   rows_.insert(std::lower_bound(rows_.begin(), rows_.end(), row), row);
   undo_.Keep(row);
-  StartMover(row, movers_.emplace_back());
-  Fly(*flyer, elapsed);
+  Mover& mover = movers_.emplace_back();
+  StartMover(row, mover);
+  const double before = std::max(elapsed - substep_, 0.0);
+  if (before > 0) {
+    Fly(*flyer, before);
+    mover.start = state_.pose(row);
+  }
+  Fly(*flyer, elapsed - before);
   world_.TellPose(row);
 }
 

@@ -96,7 +96,8 @@ class StepRun {
   void GroundThoseThatMeet();
   static double ThicknessOf(const SceneEntity& entity);
   void GroundMet(double elapsed);
-  void GroundPassed(std::span<const FlownWay> ways, double elapsed);
+  bool GroundPassed(const Swept& swept, double h, double elapsed, std::vector<FlownWay>& flown,
+                    std::vector<FlownWay>& ways);
   void Ground(EntityRow row, double elapsed);
   void ForgetGrounded();
   void Fly(const Flyer& flyer, double time);
@@ -113,7 +114,6 @@ class StepRun {
   Vector3 DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
                    const Vector3& acceleration) const;
   Pose LedFrom(EntityRow row, double time) const;
-  std::vector<EntityRow> ReserveSwift();
   bool WakeSwept(std::span<const SweptPair> swept);
   bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
   void NoteTurn(EntityRow row, const Vector3& acceleration);
