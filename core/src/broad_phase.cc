@@ -37,23 +37,45 @@ void BroadPhase::Remove(GeometryRow row) {
   proxies_[Index(row)].kind = Kind::kAbsent;
 }
 
-void BroadPhase::Move(GeometryRow row, const Bounds& given, bool was_put) {
+// How dense the others are is not known, so it reaches out by and by. What goes little within a step may have
+// neighbours that stay, and reaches no farther than past some of them; what goes far would have all that are around.
+uint8_t BroadPhase::NextAhead(const Proxy& proxy, bool goes_far) {
+  if (!proxy.has_met) return std::clamp<uint8_t>(2 * proxy.ahead, 1, kAheadMost);
+  return goes_far ? proxy.ahead / 2 : kAhead;
+}
+
+void BroadPhase::Move(GeometryRow row, const Bounds& given, Course course) {
   Proxy& proxy = proxies_[Index(row)];
   const Bounds box = proxy.kind == Kind::kMoving ? given.Shifted(-drift_) : given;
   const Bounds before = std::exchange(proxy.box, box);
-  const Vector3 displacement = 0.5 * (box.min + box.max - before.min - before.max);
   if (proxy.neighbourhood.Contains(box)) return;
-  // So was what jumps further than its own size.
-  const bool jumped = was_put || displacement.squaredNorm() > (box.max - box.min).squaredNorm();
   if (proxy.kind != Kind::kMoving) {
     proxy.neighbourhood = box;
-  } else if (jumped) {
-    proxy.neighbourhood = Widened(box, Vector3::Zero());
-  } else {
-    // With where it comes from, for whoever asks what it met on its way.
-    proxy.neighbourhood = Widened(box, proxy.ahead * displacement).Union(Widened(before, Vector3::Zero()));
+    resting_.Move(proxy.leaf, box);
+    MarkFresh(row);
+    return;
   }
-  (proxy.kind == Kind::kMoving ? moving_ : resting_).Move(proxy.leaf, proxy.neighbourhood);
+  const Vector3 displacement = 0.5 * (box.min + box.max - before.min - before.max);
+  const Vector3 size = box.max - box.min;
+  // So was what jumps further than its own size.
+  if (course == Course::kPut || displacement.squaredNorm() > size.squaredNorm()) return Narrow(row, proxy);
+  // One step is in what is reserved.
+  const Vector3 own = course == Course::kReserved ? Vector3(size - displacement.cwiseAbs()) : size;
+  proxy.ahead = NextAhead(proxy, displacement.norm() > kFar * own.maxCoeff());
+  proxy.has_met = false;
+  proxy.neighbourhood = Widened(box, proxy.ahead * displacement);
+  // With where it comes from, for whoever asks what it met on its way.
+  if (course == Course::kWent) proxy.neighbourhood = proxy.neighbourhood.Union(Widened(before, Vector3::Zero()));
+  moving_.Move(proxy.leaf, proxy.neighbourhood);
+  MarkFresh(row);
+}
+
+// Nothing says where it goes next.
+void BroadPhase::Narrow(GeometryRow row, Proxy& proxy) {
+  proxy.neighbourhood = Widened(proxy.box, Vector3::Zero());
+  proxy.has_met = false;
+  proxy.ahead = 1;
+  moving_.Move(proxy.leaf, proxy.neighbourhood);
   MarkFresh(row);
 }
 

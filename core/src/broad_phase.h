@@ -23,8 +23,11 @@ class BroadPhase {
   void AddHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void Remove(GeometryRow row);
 
-  /// Tells where the geometry is now. Where it was says nothing of where it goes next if it was put there.
-  void Move(GeometryRow row, const Bounds& box, bool was_put = false);
+  /// How a geometry came to where it is: where it was says where it goes next, unless it was put there. What is
+  /// reserved for the time to come begins where its last place ended, and holds all of its way.
+  enum class Course : uint8_t { kWent, kPut, kReserved };
+  /// Tells where the geometry is now.
+  void Move(GeometryRow row, const Bounds& box, Course course = Course::kWent);
   void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void SetMoving(GeometryRow row, bool moving);
 
@@ -45,19 +48,15 @@ class BroadPhase {
   void MarkFresh(GeometryRow row);
   void ForgetFresh();
 
-  /// Calls visit(a, b), in no particular order, once for each pair of neighbours of which one or both are fresh. Who
-  /// has none will have a neighbourhood that reaches farther ahead.
+  /// Calls visit(a, b), in no particular order, once for each pair of neighbours of which one or both are fresh. It
+  /// returns whether the two matter to each other: who has none that does will have a neighbourhood that reaches
+  /// farther ahead.
   template <typename Visit>
   void VisitFreshPairs(Visit&& visit) {
     moving_.Tidy();
     resting_.Tidy();
-    for (const GeometryRow row : fresh_rows_) {
-      uint8_t& ahead = proxies_[Index(row)].ahead;
-      ahead = std::min<uint8_t>(2 * ahead, kAheadMost);
-    }
     const auto meet = [&](GeometryRow a, GeometryRow b) {
-      proxies_[Index(a)].ahead = proxies_[Index(b)].ahead = kAhead;
-      visit(a, b);
+      if (visit(a, b)) proxies_[Index(a)].has_met = proxies_[Index(b)].has_met = true;
     };
     // Where most are fresh, it takes less to go through all pairs once than to look around each.
     const bool are_most_fresh = kMost * fresh_rows_.size() > moving_rows_.size();
@@ -118,6 +117,8 @@ class BroadPhase {
   // How far a neighbourhood reaches along the last displacement: to find it a new place in the tree is dear, and so are
   // neighbours who are none.
   static constexpr uint8_t kAhead = 8, kAheadMost = 64;
+  // Of its own size: who goes farther in a step passes others while its neighbourhood holds many that it never meets.
+  static constexpr double kFar = 0.5;
 
   // More than one in so many: to look around one takes as long as to go past so many, and past eight of 100,000.
   static constexpr size_t kMost = 4;
@@ -130,7 +131,8 @@ class BroadPhase {
     uint32_t group = BoundsTree::kNoGroup;
     Kind kind = Kind::kAbsent;
     bool is_fresh = false;
-    uint8_t ahead = kAhead;  // displacements
+    bool has_met = false;  // since it has this neighbourhood
+    uint8_t ahead = 1;     // displacements
   };
 
   struct Plane {
@@ -173,10 +175,12 @@ class BroadPhase {
   Bounds NeighbourhoodOf(const Proxy& proxy) const { return InWorld(proxy, proxy.neighbourhood); }
 
   static bool Reaches(const Bounds& box, const HalfSpace& half_space);
+  static uint8_t NextAhead(const Proxy& proxy, bool goes_far);
   static void Enter(BoundsTree& tree, const Bounds& neighbourhood, GeometryRow row, Proxy& proxy);
   Proxy& NewProxy(GeometryRow row);
   void Enter(GeometryRow row, bool moving);
   void Leave(GeometryRow row);
+  void Narrow(GeometryRow row, Proxy& proxy);
 
   std::vector<Proxy> proxies_;  // by geometry row
   BoundsTree moving_;           // as seen from what drifts

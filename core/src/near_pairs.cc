@@ -78,7 +78,8 @@ void NearPairs::Place(const Member& member, const Pose& pose) {
 }
 
 void NearPairs::Reserve(std::span<const GeometryRow> geometries, const Bounds& region, bool is_first) {
-  for (const GeometryRow row : geometries) broad_phase_.Move(row, region.Widened(kContactGapMax / 2), is_first);
+  const auto course = is_first ? BroadPhase::Course::kPut : BroadPhase::Course::kReserved;
+  for (const GeometryRow row : geometries) broad_phase_.Move(row, region.Widened(kContactGapMax / 2), course);
 }
 
 void NearPairs::Renew(std::span<const GeometryRow> geometries) {
@@ -89,7 +90,7 @@ std::span<const NearPairs::Pair> NearPairs::Update(const PairRule& rule) {
   if (!broad_phase_.any_fresh()) return pairs_;
   std::erase_if(pairs_, [&](const Pair& pair) { return broad_phase_.IsFresh(pair.a) || broad_phase_.IsFresh(pair.b); });
   found_.clear();
-  broad_phase_.VisitFreshPairs([&](GeometryRow a, GeometryRow b) { AddPair(rule, a, b); });
+  broad_phase_.VisitFreshPairs([&](GeometryRow a, GeometryRow b) { return AddPair(rule, a, b); });
   broad_phase_.ForgetFresh();
   if (found_.empty()) return pairs_;
   std::sort(found_.begin(), found_.end());
@@ -99,12 +100,13 @@ std::span<const NearPairs::Pair> NearPairs::Update(const PairRule& rule) {
   return pairs_;
 }
 
-void NearPairs::AddPair(const PairRule& rule, GeometryRow a, GeometryRow b) {
+bool NearPairs::AddPair(const PairRule& rule, GeometryRow a, GeometryRow b) {
   const PairRule::Verdict verdict = rule.Decide(a, b);
-  if (verdict == PairRule::Verdict::kIgnore) return;
+  if (verdict == PairRule::Verdict::kIgnore) return false;
   CheckPairs(pairs_.size() + found_.size() + 1, budget_.pairs);
   found_.push_back(rule.Before(a, b) ? PairOf(rule, a, b) : PairOf(rule, b, a));
   found_.back().is_sensor = verdict == PairRule::Verdict::kSensor;
+  return true;
 }
 
 void NearPairs::CheckPairs(size_t pairs, size_t most) {

@@ -127,7 +127,8 @@ class NearPairs {
   }
 
  private:
-  void AddPair(const PairRule& rule, GeometryRow a, GeometryRow b);
+  // Whether the two are a pair.
+  bool AddPair(const PairRule& rule, GeometryRow a, GeometryRow b);
   static void CheckPairs(size_t pairs, size_t most);
   static void CheckPoints(size_t points, size_t most);
   // A pair without points, which belong behind all others.

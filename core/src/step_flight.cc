@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,10 @@ constexpr double kSmallDamping = 1e-3;
 constexpr double kTogether = 2;
 // So many steps away they must be from what rests.
 constexpr double kStepsFromRest = 16;
+
+// Who would find more than so many others in its region would hardly ever be let fly: to look for them is dearer than
+// to have the engine move it. Spread at random, none of so many is there for one of seven.
+constexpr double kCrowd = 2;
 
 // What becomes of a velocity that decays by exp(-c t) on top of a constant acceleration: after `time` s, `lag` is left
 // of it, it took the body `way` (s) times as far as its start says, and the acceleration gave `way` of velocity and
@@ -122,11 +127,38 @@ Vector3 StepRun::CommonWay() const {
   return fits && world_.near_->IsFreeOfResting(all) ? Vector3(step_size_ * (velocity + gained / 2)) : none;
 }
 
+// How many of those that move have a place or a way that meets a box, if they are spread evenly where they are. Each is
+// as large as the mean of them, and all go `drift` besides.
+class StepRun::Crowd {
+ public:
+  Crowd(const StepRun& run, const Vector3& drift) : others_(static_cast<double>(run.rows_.size()) - 1) {
+    Bounds all{run.CenterOf(run.rows_.front()), run.CenterOf(run.rows_.front())};
+    for (const EntityRow row : run.rows_) {
+      const Vector3 center = run.CenterOf(row);
+      const Vector3 way = run.step_size_ * run.state_.linear_velocities.col(Index(row)) - drift;
+      all = all.Union({center, center});
+      size_ += (way.cwiseAbs().array() + 2 * run.world_.reaches_[Index(row)]).matrix();
+    }
+    size_ /= static_cast<double>(run.rows_.size());
+    room_ = all.max - all.min + size_;
+  }
+
+  double Around(const Bounds& box) const {
+    return others_ * (box.max - box.min + size_).cwiseQuotient(room_).cwiseMin(1).prod();
+  }
+
+ private:
+  double others_;
+  Vector3 size_ = Vector3::Zero();  // m
+  Vector3 room_;                    // m
+};
+
 // Those that may fly, with room for their ways as seen from what goes `drift` in this step.
 void StepRun::ReserveFlyers(const Vector3& drift) {
   const auto within = [](const Vector3& v, double bound) { return (v.array().abs() < bound).all(); };
   flyers_.clear();
   scratch_.flies.Clear();
+  std::optional<Crowd> crowd;
   for (const EntityRow row : rows_) {
     if (!MayFly(row)) continue;
     const Flyer flyer{row, SteadyPush(row).acceleration};
@@ -137,6 +169,11 @@ void StepRun::ReserveFlyers(const Vector3& drift) {
     if (!within(region.min, Limits::kPositionMax) || !within(region.max, Limits::kPositionMax) ||
         !within(end, Limits::kSpeedMax)) {
       continue;
+    }
+    // Who goes less far than it is wide finds hardly more than what the engine has to look at as well.
+    if ((region.max - region.min).maxCoeff() > 4 * world_.reaches_[Index(row)]) {
+      if (!crowd) crowd.emplace(*this, drift);
+      if (crowd->Around(region) > kCrowd) continue;
     }
     flyers_.push_back(flyer);
     scratch_.flies.Mark(row);

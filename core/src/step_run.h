@@ -36,6 +36,8 @@ class StepRun {
     Vector3 quiet_spin = Vector3::Zero();
   };
 
+  class Crowd;
+
   // A dynamic body that nothing can meet in this step.
   struct Flyer {
     EntityRow row{};

@@ -1,8 +1,10 @@
 // Bodies that nothing can meet in a step are moved without the engine, and are met all the same when something comes.
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "conformance/engine_test.h"
+#include "support/random.h"
 
 namespace genphys::testing {
 namespace {
@@ -64,6 +66,33 @@ TEST_P(Flight, OfManyBodiesOfManyPartsIsNotTakenForACrowd) {
   for (int i = 0; i < 3; ++i) {
     Steps(*world, 1);
     EXPECT_EQ(world->stats().entities_in_flight, commands.size());
+  }
+}
+
+// In a step they go past many places where somebody else is in some other step, and hardly ever meet.
+TEST_P(Flight, OfFewInMuchRoomIsNoCrowdHoweverFastTheyAre) {
+  constexpr int kRow = 10;
+  constexpr double kApart = 10;
+  for (const double speed : {20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 3000.0}) {
+    SCOPED_TRACE(speed);
+    const auto world = MakeSpace(GetParam(), Vector3::Zero());
+    Random random(1);
+    std::vector<Command> commands;
+    for (int i = 0; i < kRow * kRow * kRow; ++i) {
+      EntityDesc ball = Ball(kApart * Vector3(i % kRow, i / kRow % kRow, i / kRow / kRow), 0.2);
+      ball.rigid_body->linear_velocity = speed * random.Direction();
+      commands.push_back(CreateEntity{ball});
+    }
+    ASSERT_TRUE(world->Apply(commands).ok());
+    // So many as each may find without much ado.
+    world->set_budget({.pairs = 3 * kRow * kRow * kRow});
+    for (int i = 0; i < 10; ++i) {
+      ASSERT_TRUE(world->Step().ok()) << i;
+      // They fly as long as most have nobody in their way: of ways as long as they are apart, most have.
+      if (speed * kStep < kApart / 2) {
+        EXPECT_GT(world->stats().entities_in_flight, commands.size() * 3 / 4);
+      }
+    }
   }
 }
 
