@@ -202,16 +202,16 @@ TEST_P(Sliding, WithALoadStopsWhereItWouldAlone) {
     below.rigid_body->linear_velocity = above.rigid_body->linear_velocity = kSpeed * along;
     const EntityId lower = Add(*world, below), upper = Add(*world, above);
     Steps(*world, rate);
-    // Sweeps do not come to the end where the lower one is a hundred times lighter.
-    const double tolerance = (load <= 30 ? 2e-3 : 0.03) * kWay;
+    // Sweeps do not come to the end where the lower one is so much lighter, and what only just holds gives way to what
+    // they leave over: by up to 0.7 % of the way at thirty times the mass and 7 % at a hundred.
+    const double part = load <= 10 ? 2e-3 : rougher > 1 ? (load <= 30 ? 2e-3 : 0.03) : (load <= 30 ? 0.01 : 0.08);
+    const double tolerance = part * kWay;
     EXPECT_NEAR((PositionOf(*world, lower) - Vector3(0, 0, 0.1) - kWay * along).norm(), 0, tolerance);
     EXPECT_NEAR((PositionOf(*world, upper) - Vector3(0, 0, 0.3) - kWay * along).norm(), 0, tolerance);
   };
   for (const int rate : {60, 240}) {
     for (const double load : {0.1, 1.0, 10.0, 30.0, 100.0}) {
       for (const double rougher : {1.0, 2.0}) {
-        // What only just holds gives way to what sweeps leave over.
-        if (rougher == 1 && load > 10) continue;
         for (const double heading : {0.0, 0.7, 2.5}) throw_both(rate, load, rougher, heading);
       }
     }
