@@ -29,9 +29,9 @@ double Slowed(double speed, double mass, double linear, double quadratic, double
 
 void FieldForces::Reach::Add(const ForceField& field) {
   if (const auto* spring = std::get_if<SpringField>(&field.kind)) {
-    named.insert(named.end(), {spring->a, spring->b});
+    tied.insert(tied.end(), {spring->a, spring->b});
   } else if (!field.entities.empty()) {
-    named.insert(named.end(), field.entities.begin(), field.entities.end());
+    listed.push_back(field.entities);
   } else if (field.region) {
     regions.push_back(BoundsOf(*field.region));
   } else {

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "genphys/bounds.h"
@@ -19,9 +20,10 @@ class FieldForces {
 
   /// On whom fields may act. Whoever is neither named nor comes into a region is left alone.
   struct Reach {
-    bool is_everywhere = false;   // on all
-    std::vector<EntityId> named;  // on these
-    std::vector<Bounds> regions;  // on whose centre of mass is in one of them
+    bool is_everywhere = false;                     // on all
+    std::vector<EntityId> tied;                     // on these ends of springs, null ones among them
+    std::vector<std::span<const EntityId>> listed;  // on those whom fields name, ascending; views of these fields
+    std::vector<Bounds> regions;                    // on whose centre of mass is in one of them
 
     void Add(const ForceField& field);
   };

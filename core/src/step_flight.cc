@@ -59,12 +59,24 @@ bool StepRun::MayFly(EntityRow row) const {
   return !scratch_.steered[row] && world_.scene_.entities[Index(row)]->traits.is_free;
 }
 
+// Of those that move: a list may name many more, who sleep and are not to cost anything.
+void StepRun::MarkListed(std::span<const EntityId> listed) {
+  if (listed.size() <= rows_.size()) {
+    for (const EntityId id : listed) scratch_.steered.Mark(EntityRow{id.index()});
+    return;
+  }
+  for (const EntityRow row : rows_) {
+    if (std::ranges::binary_search(listed, state_.ids[Index(row)])) scratch_.steered.Mark(row);
+  }
+}
+
 // Forces that turn a body, or turn with it, or change in the step, leave its flight without a closed form, and so do
 // force fields.
 void StepRun::MarkSteered() {
-  for (const EntityId id : field_reach_.named) {
+  for (const EntityId id : field_reach_.tied) {
     if (!id.is_null()) scratch_.steered.Mark(EntityRow{id.index()});
   }
+  for (const std::span<const EntityId> listed : field_reach_.listed) MarkListed(listed);
   for (const PendingForce& force : world_.layer_.forces) {
     if (!force.is_sampled && force.at_center_of_mass && force.coordinates == Coordinates::kWorld &&
         force.torque.isZero(0))

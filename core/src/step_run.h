@@ -87,6 +87,7 @@ class StepRun {
 
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;
+  void MarkListed(std::span<const EntityId> listed);
   void MarkSteered();
   bool MayMeetField(EntityRow row, const Vector3& acceleration) const;
   Bounds RegionOf(EntityRow row, const Vector3& acceleration, const Vector3& drift) const;

@@ -64,7 +64,8 @@ void World::SetField(ForceFieldId id, ForceField field) {
 void World::Disturb(const ForceField& field) {
   FieldForces::Reach reach;
   reach.Add(field);
-  DisturbAll(reach.named);
+  DisturbAll(reach.tied);
+  for (const std::span<const EntityId> listed : reach.listed) DisturbAll(listed);
   if (!reach.is_everywhere && reach.regions.empty()) return;
   const auto is_reached = [&](uint32_t row) {
     if (reach.is_everywhere) return true;

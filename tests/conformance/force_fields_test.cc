@@ -60,6 +60,32 @@ TEST_P(ForceFields, ActOnlyOnWhomTheyName) {
   EXPECT_TRUE(world->scene().force_fields.empty());
 }
 
+TEST_P(ForceFields, ActOnTheOneThatMovesAmongManyWhoSleep) {
+  Proves({Claim::kDragField, Claim::kSleeping});
+  const auto world = MakeWorld();
+  ForceField field{.kind = DragField{.linear = 1}};
+  for (int i = 0; i < 5; ++i) field.entities.push_back(Add(*world, Crate({3.0 * i, 0, 0.5})));
+  const std::vector<EntityId> crates = field.entities;
+  const auto fly = [&](double y) {
+    EntityDesc ball = Awake(Ball({0, y, 5}));
+    ball.rigid_body->gravity_scale = 0;
+    ball.rigid_body->linear_velocity = {0, 0, 2};
+    return Add(*world, ball);
+  };
+  const EntityId named = fly(5), other = fly(-5);
+  field.entities.push_back(named);
+  Steps(*world, 120);
+  AddField(*world, field);
+  Steps(*world, 120);
+  for (const EntityId id : crates) ASSERT_TRUE(Asleep(*world, id));
+
+  Steps(*world, 60);
+
+  EXPECT_NEAR(VelocityOf(*world, named).z(), 2 * std::exp(-3.0), kRounding);
+  EXPECT_EQ(VelocityOf(*world, other).z(), 2);
+  for (const EntityId id : crates) EXPECT_TRUE(Asleep(*world, id));
+}
+
 TEST_P(ForceFields, ActOnlyInsideTheirRegion) {
   Proves({Claim::kUniformField});
   const auto world = Weightless(GetParam());
