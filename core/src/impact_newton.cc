@@ -24,6 +24,11 @@ constexpr double kSettled = 1e-12;
 // all of which this takes the smallest change.
 constexpr double kGive = 1e-8;
 
+// Which law a blow obeys: it has no impulse, holds its bodies together, rubs as hard as it can, or presses where
+// nothing can rub.
+enum class Law : uint8_t { kParts, kGrips, kSlips, kGlides };
+using Laws = std::array<Law, kBlowsAtOnce>;
+
 // Rates and impulses of all blows in a column, three each: along the normal and across it, twice. `kCount` is how many
 // there are, if that is known beforehand, or Eigen::Dynamic.
 template <int kCount>
@@ -34,16 +39,30 @@ class System {
   using Column = Eigen::Matrix<double, kSize, 1, 0, kRoom, 1>;
   using Square = Eigen::Matrix<double, kSize, kSize, 0, kRoom, kRoom>;
 
+  // Impulses as the laws see them, with a part of friction.
+  struct Look {
+    Column impulses;
+    Column rates;
+    Column lacking;  // to be as the laws want them, m/s
+    Laws laws{};
+
+    // Impulses between these two change what is lacking in proportion.
+    bool IsAlongALineWith(const Look& other) const {
+      return laws == other.laws && std::ranges::find(laws, Law::kSlips) == laws.end();
+    }
+  };
+
   System(std::span<const Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates)
       : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()) {
     for (size_t i = 0; i < blows.size(); ++i) {
       axes_[i].col(0) = blows[i].normal;
       axes_[i].col(1) = blows[i].normal.unitOrthogonal();
       axes_[i].col(2) = blows[i].normal.cross(axes_[i].col(1));
+      for (const bool of_b : {false, true}) sides_[i][of_b] = SideOf(blows[i], axes_[i], of_b, bodies);
     }
     for (Eigen::Index i = 0; i < Count(); ++i) {
       for (Eigen::Index j = i; j < Count(); ++j) {
-        const Matrix3 answer = Answer(bodies, At(i), At(j));
+        const Matrix3 answer = Answer(At(i), At(j));
         answers_.template block<3, 3>(3 * i, 3 * j) = answer;
         answers_.template block<3, 3>(3 * j, 3 * i) = answer.transpose();
       }
@@ -61,85 +80,108 @@ class System {
     return axes_[blow] * impulses.template segment<3>(3 * static_cast<Eigen::Index>(blow));
   }
 
-  // What `impulses` lack to be as the laws want them, m/s, with that part of friction, and how that changes with them
-  // where every blow gives way a little.
-  Column Lacking(const Column& impulses, double friction, Square* slope) const {
-    Column rates = free_;
-    rates.noalias() += answers_ * impulses;
-    Column lacking(Size());
-    if (slope != nullptr) *slope = Square::Zero(Size(), Size());
-    for (Eigen::Index i = 0; i < Count(); ++i)
-      LackingOf(i, friction * blows_[At(i)].friction, impulses, rates, lacking, slope);
-    return lacking;
+  Look At(const Column& impulses, double friction) const {
+    Look look{.impulses = impulses, .rates = free_, .lacking = Column(Size())};
+    look.rates.noalias() += answers_ * impulses;
+    for (Eigen::Index i = 0; i < Count(); ++i) Judge(i, friction * blows_[At(i)].friction, look);
+    return look;
+  }
+
+  // How what is lacking changes with impulses where every blow gives way a little.
+  Square SlopeAt(const Look& look, double friction) const {
+    Square slope = Square::Zero(Size(), Size());
+    for (Eigen::Index i = 0; i < Count(); ++i) FillSlope(i, friction * blows_[At(i)].friction, look, slope);
+    return slope;
   }
 
  private:
+  // What impulses along the three axes of a blow do to one of its bodies.
+  struct Side {
+    uint32_t body = 0;
+    bool is_movable = false;
+    Matrix3 push;   // along which they act
+    Matrix3 shift;  // m/s per N*s
+    Matrix3 lever;  // m
+    Matrix3 turn;   // rad/s per N*s
+  };
+
   Eigen::Index Count() const { return static_cast<Eigen::Index>(blows_.size()); }
   Eigen::Index Size() const { return 3 * Count(); }
   static size_t At(Eigen::Index i) { return static_cast<size_t>(i); }
 
+  static Side SideOf(const Blow& blow, const Matrix3& axes, bool of_b, std::span<const StruckBody> bodies) {
+    Side side{.body = of_b ? blow.body_b : blow.body_a};
+    const StruckBody& body = bodies[side.body];
+    side.is_movable = body.inverse_mass != 0;
+    if (!side.is_movable) return side;
+    side.push = of_b ? axes : Matrix3(-axes);
+    side.shift = body.inverse_mass * body.freedom.asDiagonal() * side.push;
+    const Vector3 arm = blow.position - body.center;
+    for (int i = 0; i < 3; ++i) side.lever.col(i) = arm.cross(side.push.col(i));
+    side.turn = body.inverse_tensor * side.lever;
+    return side;
+  }
+
   // How the rates of one blow change with the impulses of another.
-  Matrix3 Answer(std::span<const StruckBody> bodies, size_t to, size_t of) const {
-    const Blow &one = blows_[to], &other = blows_[of];
+  Matrix3 Answer(size_t to, size_t of) const {
     Matrix3 sum = Matrix3::Zero();
-    for (const auto& [here, sign] : {std::pair(one.body_a, -1.0), std::pair(one.body_b, 1.0)}) {
-      for (const auto& [there, other_sign] : {std::pair(other.body_a, -1.0), std::pair(other.body_b, 1.0)}) {
-        if (here != there || bodies[here].inverse_mass == 0) continue;
-        const StruckBody& body = bodies[here];
-        const Matrix3 shift = body.inverse_mass * body.freedom.asDiagonal().toDenseMatrix();
-        const Matrix3 turn =
-            Skew(one.position - body.center) * body.inverse_tensor * Skew(other.position - body.center);
-        sum += sign * other_sign * (shift - turn);
+    for (const Side& here : sides_[to]) {
+      for (const Side& there : sides_[of]) {
+        if (here.body != there.body || !here.is_movable) continue;
+        sum += here.push.transpose().lazyProduct(there.shift) + here.lever.transpose().lazyProduct(there.turn);
       }
     }
-    return axes_[to].transpose() * sum * axes_[of];
+    return sum;
   }
 
-  static Matrix3 Skew(const Vector3& v) {
-    Matrix3 skew;
-    skew << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return skew;
+  // Each law says that an impulse is the nearest one that may be to itself less a multiple of its rate: this less that.
+  Vector2 Rubbed(Eigen::Index n, const Look& look) const {
+    return scales_[At(n / 3)] * look.impulses.template segment<2>(n + 1) - look.rates.template segment<2>(n + 1);
+  }
+  double Pressed(Eigen::Index n, const Look& look) const {
+    return scales_[At(n / 3)] * look.impulses[n] - look.rates[n];
   }
 
-  // Each law says that an impulse is the nearest one that may be to itself less a multiple of its rate.
-  void LackingOf(Eigen::Index blow, double friction, const Column& impulses, const Column& rates, Column& lacking,
-                 Square* slope) const {
+  // Finds out which law a blow obeys, and what it lacks.
+  void Judge(Eigen::Index blow, double friction, Look& look) const {
+    const Eigen::Index n = 3 * blow;
+    const double scale = scales_[At(blow)], pressed = Pressed(n, look);
+    const bool presses = pressed > 0;
+    const double bound = presses ? friction * pressed : 0;
+    const Vector2 rubbed = Rubbed(n, look);
+    const bool slips = !(bound > 0) || rubbed.norm() > bound;
+    look.lacking[n] = presses ? look.rates[n] : scale * look.impulses[n];
+    look.lacking.template segment<2>(n + 1) = slips ? Vector2(scale * look.impulses.template segment<2>(n + 1))
+                                                    : Vector2(look.rates.template segment<2>(n + 1));
+    if (slips && bound > 0) look.lacking.template segment<2>(n + 1) -= bound * rubbed.normalized();
+    look.laws[At(blow)] = !presses ? Law::kParts : !slips ? Law::kGrips : bound > 0 ? Law::kSlips : Law::kGlides;
+  }
+
+  void FillSlope(Eigen::Index blow, double friction, const Look& look, Square& slope) const {
     const Eigen::Index n = 3 * blow;
     const double scale = scales_[At(blow)];
-    const double pressed = scale * impulses[n] - rates[n];
-    const Vector2 rubbed = scale * impulses.template segment<2>(n + 1) - rates.template segment<2>(n + 1);
-    const bool presses = pressed > 0;
-    const double bound = friction * std::max(pressed, 0.0), size = rubbed.norm();
-    const bool slips = size > bound;
-    lacking[n] = presses ? rates[n] : scale * impulses[n];
-    const Vector2 way = size > 0 ? Vector2(rubbed / size) : Vector2(Vector2::Zero());
-    lacking.template segment<2>(n + 1) = slips ? Vector2(scale * impulses.template segment<2>(n + 1) - bound * way)
-                                               : Vector2(rates.template segment<2>(n + 1));
-    if (slope == nullptr) return;
-    if (presses) {
-      slope->row(n) = answers_.row(n);
-      (*slope)(n, n) += kGive * scale;
-    } else {
-      (*slope)(n, n) = scale;
+    const Law law = look.laws[At(blow)];
+    const int held = law == Law::kParts ? 0 : law == Law::kGrips ? 3 : 1;
+    for (int i = 0; i < 3; ++i) {
+      if (i < held) slope.row(n + i) = answers_.row(n + i);
+      slope(n + i, n + i) += i < held ? kGive * scale : scale;
     }
-    if (!slips) {
-      slope->template middleRows<2>(n + 1) = answers_.template middleRows<2>(n + 1);
-      slope->diagonal().template segment<2>(n + 1).array() += kGive * scale;
-      return;
-    }
-    slope->template block<2, 2>(n + 1, n + 1) = scale * Matrix2::Identity();
-    if (!presses || !(friction > 0)) return;
+    if (law != Law::kSlips) return;
+    const Vector2 rubbed = Rubbed(n, look);
+    const double size = rubbed.norm();
+    const Vector2 way = rubbed / size;
     Eigen::Matrix<double, 1, kSize, Eigen::RowMajor, 1, kRoom> press = -answers_.row(n);
     Eigen::Matrix<double, 2, kSize, 0, 2, kRoom> rub = -answers_.template middleRows<2>(n + 1);
     press[n] += scale;
     rub.template block<2, 2>(0, n + 1) += scale * Matrix2::Identity();
-    const Matrix2 turned = bound / size * (Matrix2::Identity() - way * way.transpose());
-    slope->template middleRows<2>(n + 1).noalias() -= friction * way * press;
-    slope->template middleRows<2>(n + 1).noalias() -= turned.lazyProduct(rub);
+    const Matrix2 turned = friction * Pressed(n, look) / size * (Matrix2::Identity() - way * way.transpose());
+    slope.template middleRows<2>(n + 1).noalias() -= friction * way * press;
+    slope.template middleRows<2>(n + 1).noalias() -= turned.lazyProduct(rub);
   }
 
   std::span<const Blow> blows_;
   std::array<Matrix3, kBlowsAtOnce> axes_;
+  std::array<std::array<Side, 2>, kBlowsAtOnce> sides_;
   Square answers_;                           // 1/kg
   Column impulses_;                          // N*s
   Column free_;                              // m/s, without impulses and beyond what is asked for
@@ -150,17 +192,22 @@ class System {
 // returns what is left, m/s.
 template <typename System>
 double Approach(const System& system, double friction, int patience, typename System::Column& impulses) {
-  typename System::Column present = impulses;
-  typename System::Square slope;
-  typename System::Column lacking = system.Lacking(present, friction, &slope);
-  double left = lacking.norm();
+  using Look = typename System::Look;
+  Look present = system.At(impulses, friction);
+  Eigen::PartialPivLU<typename System::Square> slope(impulses.size());
+  bool is_known = false;
+  double left = present.lacking.norm();
   for (int i = 0, since = 0; i < kIterationsMax && since < patience && left > kSettled; ++i, ++since) {
-    present -= slope.partialPivLu().solve(lacking);
-    lacking = system.Lacking(present, friction, &slope);
-    if (!(lacking.norm() < left)) continue;
+    if (!is_known) slope.compute(system.SlopeAt(present, friction));
+    const Look next = system.At(present.impulses - slope.solve(present.lacking), friction);
+    // Mostly the second iteration only takes away what giving way has left of the first one.
+    is_known = next.IsAlongALineWith(present);
+    present = next;
+    const double lacking = present.lacking.norm();
+    if (!(lacking < left)) continue;
     since = 0;
-    left = lacking.norm();
-    impulses = present;
+    left = lacking;
+    impulses = present.impulses;
   }
   return left;
 }
@@ -170,7 +217,7 @@ bool SolveSo(std::span<Blow> blows, std::span<const StruckBody> bodies, std::spa
              bool thoroughly) {
   using Column = typename System<kCount>::Column;
   const System<kCount> system(blows, bodies, rates);
-  const double before = system.Lacking(system.impulses(), 1, nullptr).norm();
+  const double before = system.At(system.impulses(), 1).lacking.norm();
   Column impulses = system.impulses();
   double left = Approach(system, 1, thoroughly ? kPatience : kHaste, impulses);
   if (left > kSettled && thoroughly) {

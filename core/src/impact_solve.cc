@@ -116,6 +116,7 @@ class Group {
  public:
   Group(std::span<StruckBody> bodies, Ties& ties) : bodies_(bodies), ties_(ties), changed_in_(bodies.size(), 0) {
     speeds_.reserve(bodies.size());
+    blows_.reserve(kBlowsAtOnce);  // of most groups that is all, and each is too large to be moved about
     for (const StruckBody& body : bodies) speeds_.push_back({Pad(body.linear_velocity), Pad(body.angular_velocity)});
   }
 
