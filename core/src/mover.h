@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+
 #include "genphys/ids.h"
 #include "genphys/math.h"
 
@@ -19,6 +21,10 @@ struct TurnedTensors {
   Matrix3 inverse = Matrix3::Zero();
 };
 
+/// Whether what acts on a body from outside begins it anew: not, by a change that may come again in every step, or by
+/// one that may not.
+enum class Beginning : uint8_t { kNone, kMay, kMust };
+
 /// What the layer keeps of a moving dynamic body over a substep.
 struct Mover {
   EntityRow row{};
@@ -27,9 +33,10 @@ struct Mover {
   Vector3 momentum_start = Vector3::Zero();  // angular, at the start of the step
   double past = 0;                           // s of the last substep that forces of fields are still owed for
   Push steady;                               // gravity and the forces of commands
-  Push field;                                // force fields and samples
-  Push pull;                                 // force fields, where the substep began
-  Vector3 linear_given = Vector3::Zero();    // the engine was given
+  Beginning beginning = Beginning::kNone;
+  Push field;                              // force fields and samples
+  Push pull;                               // force fields, where the substep began
+  Vector3 linear_given = Vector3::Zero();  // the engine was given
   Vector3 spin_given = Vector3::Zero();
   Vector3 momentum = Vector3::Zero();  // angular, in the middle of the substep without contacts and joints
   double yield = 1;                    // part by which torques turn it of what they else would: see InertiaFactor()

@@ -138,6 +138,22 @@ Push StepRun::FieldPush(EntityRow row) const {
   return {wrench.force / world_.scene_.entities[Index(row)]->mass.mass, wrench.torque};
 }
 
+// What acts on it from outside, and whether that begins it anew.
+void StepRun::TakeSteady(Mover& mover) {
+  mover.steady = SteadyPush(mover.row);
+  const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+  mover.beginning = Beginning::kNone;
+  const double last = world_.layer_.last_substep;
+  if (half.restarts || half.in_flight || last == 0) return;
+  if (IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) &&
+      IsSame(mover.steady.torque, half.steady_twist * (2 / last))) {
+    return;
+  }
+  // Who is pulled off what held it lets go of it for good.
+  const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
+  mover.beginning = lets_go ? Beginning::kMust : Beginning::kMay;
+}
+
 // From the boundary back to the middle of the last substep.
 void StepRun::BeginMover(Mover& mover) {
   const uint32_t row = Index(mover.row);
@@ -145,15 +161,7 @@ void StepRun::BeginMover(Mover& mover) {
   TakeTensors(mover);
   joints_.SetTensors(mover.row, mover.turned);
   mover.start = state_.pose(mover.row);
-  mover.steady = SteadyPush(mover.row);
   const double last = world_.layer_.last_substep;
-  const bool may_restart = !half.restarts && !half.in_flight && last > 0;
-  if (may_restart && (!IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) ||
-                      !IsSame(mover.steady.torque, half.steady_twist * (2 / last)))) {
-    // Who is pulled off what held it lets go of it for good.
-    const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
-    lets_go ? half.Restart() : half.RestartNowAndThen();
-  }
   if (half.restarts) {
     half.since_restart = 0;
     half.steady_kick.setZero();
@@ -272,6 +280,8 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
     half.held_velocity = h / 2 * half.held_rate;
     half.held_momentum = h / 2 * half.held_torque;
   } else if (is_jolted) {
+    // What it is not paid here others were, and it may not begin anew before the next solve has made up for that.
+    half.since_restart = 0;
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
     half.held_torque.setZero();

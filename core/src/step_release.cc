@@ -71,6 +71,16 @@ void StepRun::VisitHeldTogether(Test&& holds, Join&& join) {
   numbers.Clear();
 }
 
+// Of movers by their numbers, not through what nothing moves.
+DisjointSets StepRun::HangTogether() {
+  DisjointSets sets(movers_.size() + 1);
+  const auto holds = [&](const ContactPair& pair) { return Holds(pair); };
+  VisitHeldTogether(holds, [&](uint32_t a, uint32_t b) {
+    if (a > 0 && b > 0) sets.Join(a, b);
+  });
+  return sets;
+}
+
 // Bodies that hang together and lost what held them all, as a pile does whose floor is gone, still touch each other,
 // but what the floor owed them is not given by any solve to come.
 void StepRun::RestartFallen() {
@@ -155,11 +165,7 @@ void StepRun::RestartCarried() {
     }
   }
   if (leaders.empty()) return;
-  DisjointSets sets(movers_.size() + 1);
-  const auto holds = [&](const ContactPair& pair) { return Holds(pair); };
-  VisitHeldTogether(holds, [&](uint32_t a, uint32_t b) {
-    if (a > 0 && b > 0) sets.Join(a, b);
-  });
+  DisjointSets sets = HangTogether();
   RowMarks& marks = scratch_.held;
   marks.Clear();
   for (const EntityRow row : carried) marks.Mark(row);
@@ -174,6 +180,33 @@ void StepRun::RestartCarried() {
   for (const EntityRow row : leaders) {
     undo_.Keep(row);
     NoteLed(row);
+  }
+}
+
+// What hangs together begins anew together. A solve acts on each from the middle of its last substep or, if that begins
+// anew, from the boundary on: where one did and its neighbour did not, this one's weight would press on the other for
+// twice as long as that rubs, and what the two give each other would be paid to one of them alone.
+void StepRun::RestartTogether() {
+  const auto begins = [](const Mover& mover) { return mover.beginning != Beginning::kNone; };
+  if (std::ranges::none_of(movers_, begins)) return;
+  DisjointSets sets = HangTogether();
+  struct Group {
+    Beginning beginning = Beginning::kNone;
+    bool pauses = false;
+  };
+  std::vector<Group> groups(movers_.size() + 1);
+  const auto group_of = [&](size_t mover) -> Group& { return groups[sets.Find(static_cast<uint32_t>(mover + 1))]; };
+  for (size_t i = 0; i < movers_.size(); ++i) {
+    Group& group = group_of(i);
+    group.beginning = std::max(group.beginning, movers_[i].beginning);
+    const HalfStep& half = world_.layer_.half_steps[Index(movers_[i].row)];
+    group.pauses |= !half.restarts && half.Pauses();
+  }
+  for (size_t i = 0; i < movers_.size(); ++i) {
+    const auto& [beginning, pauses] = group_of(i);
+    // Where one of them may not, none does: what is pushed otherwise while it goes on as it did is exact as well.
+    const bool restarts = beginning == Beginning::kMust || (beginning != Beginning::kNone && !pauses);
+    if (restarts) world_.layer_.half_steps[Index(movers_[i].row)].Restart();
   }
 }
 

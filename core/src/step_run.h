@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "disjoint_sets.h"
 #include "field_forces.h"
 #include "genphys/world.h"
 #include "impact_sweep.h"
@@ -120,6 +121,7 @@ class StepRun {
   bool WakeSwept(std::span<const SweptPair> swept);
   bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
   void NoteTurn(EntityRow row, const Vector3& acceleration);
+  void TakeSteady(Mover& mover);
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);
   void TakeTensors(Mover& mover) const;
@@ -133,10 +135,12 @@ class StepRun {
   void PayReleased();
   template <typename Test, typename Join>
   void VisitHeldTogether(Test&& holds, Join&& join);
+  DisjointSets HangTogether();
   void RestartFallen();
   bool IsLedOtherwise(EntityRow row) const;
   void NoteLed(EntityRow row);
   void RestartCarried();
+  void RestartTogether();
   void ShareJolts();
 
   // Contacts (step_contacts.cc).

@@ -233,6 +233,8 @@ void StepRun::Substep(double h, double elapsed) {
   is_first_ = elapsed == 0;
   WakeMet(h);
   FindBends(h);
+  for (Mover& mover : movers_) TakeSteady(mover);
+  RestartTogether();
   for (Mover& mover : movers_) BeginMover(mover);
   joints_.Begin(h);
   GatherFields(h);

@@ -303,7 +303,8 @@ TEST_P(Sleeping, ATowerWakesAsIfItHadBeenAwakeWhoeverMovedMeanwhile) {
     }
     EXPECT_FALSE(Asleep(*world, tower.front()));
   }
-  EXPECT_LE(fastest[true], 2 * fastest[false]);
+  constexpr double kStill = 1e-6;  // m/s, of what sweeps leave in either
+  EXPECT_LE(fastest[true], std::max(2 * fastest[false], kStill));
 }
 
 TEST_P(Sleeping, WhoIsLetGoInItsSleepGoesFromThenOnAsTheClosedFormSays) {

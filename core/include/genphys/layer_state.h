@@ -74,14 +74,14 @@ inline constexpr double kUnearnedPart = 0.2;
 /// to that velocity then. What acts from outside is paid when the next substep begins. What contacts and joints gave is
 /// shown, but paid only when they let go: the solver finds it anew, and feeding it back would keep its noise alive.
 struct HalfStep {
-  /// Substeps for which what contacts and joints owe is not paid again: paying it at every substep would let the
-  /// solver's noise swing back and forth, which otherwise dies out in the first one.
-  static constexpr uint8_t kPause = 8;
+  /// So many substeps, the first one counted, are between two that pay what contacts and joints owe: paying it at every
+  /// substep would let the solver's noise swing back and forth. It dies out in one that goes on from the last.
+  static constexpr uint8_t kPause = 2;
 
   bool restarts = true;       // the next substep begins with the columns, and the rest means nothing
   bool in_flight = true;      // nothing held or hit it in the last substep
   bool has_past = false;      // `held_rate` means something
-  uint8_t since_restart = 0;  // substeps, at most 255
+  uint8_t since_restart = 0;  // substeps, at most kPause
   bool is_struck = false;     // an impact changed its velocity since the last solve
   bool is_woken = false;      // it slept at the last solve
   // In the middle of the last substep; of a kinematic body as it was when it was last looked at.
@@ -102,7 +102,8 @@ struct HalfStep {
   /// From now on the columns say all, as after a change from outside.
   void Restart() { restarts = true; }
   /// The same after what may come again in every step.
-  void RestartNowAndThen() { restarts |= since_restart >= kPause; }
+  void RestartNowAndThen() { restarts |= !Pauses(); }
+  bool Pauses() const { return since_restart < kPause; }
   /// It has come to rest, and was shown with a velocity and angular momentum that are no more than what is left of a
   /// motion: what acts on it from outside is held as it was.
   void Rest(const Vector3& shown_velocity, const Vector3& shown_momentum) {
