@@ -131,6 +131,7 @@ std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) 
     arrivals[i] = {after.pose(), after.linear_velocity(), after.angular_velocity()};
     if (StandsOnGround(struck.row)) {
       arrivals[i].acceleration = (after.linear_velocity() - bodies_[i].linear_velocity) / struck.time;
+      arrivals[i].by_others = struck.by_others / struck.time;
     }
   }
   for (const Group& group : groups_) {

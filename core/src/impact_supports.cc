@@ -85,11 +85,24 @@ void Impacts::AddSupportBlows() {
 
 // What sped up a body on the ground on its way to where it is, m/s^2.
 Vector3 Impacts::CourseOf(EntityRow row) const {
+  if (const FlownWay* const way = WayFromBlow(row)) return way->acceleration;
+  if (IsHit(row) || IsWoken(row)) return Vector3::Zero();
+  return world_.accelerations[row] + 2 / step_size_ * world_.layer.half_steps[Index(row)].held_velocity;
+}
+
+// Of that, what is no matter of the ground, which may hold it otherwise after the next blow.
+Vector3 Impacts::PushOf(EntityRow row) const {
+  const FlownWay* const way = WayFromBlow(row);
+  return world_.accelerations[row] + (way != nullptr ? way->by_others : Vector3(Vector3::Zero()));
+}
+
+bool Impacts::IsHit(EntityRow row) const { return std::as_const(world_.free_since)[row] < step_size_; }
+
+// Of one that was hit in this substep and put elsewhere.
+const FlownWay* Impacts::WayFromBlow(EntityRow row) const {
+  if (!IsHit(row)) return nullptr;
   const auto way = std::ranges::lower_bound(ways_, row, {}, &FlownWay::row);
-  const bool was_hit = std::as_const(world_.free_since)[row] < step_size_;
-  if (was_hit && way != ways_.end() && way->row == row) return way->acceleration;
-  if (was_hit || world_.jolted[row] || IsWoken(row)) return Vector3::Zero();
-  return world_.accelerations[row] + world_.layer.half_steps[Index(row)].held_rate;
+  return way != ways_.end() && way->row == row ? &*way : nullptr;
 }
 
 }  // namespace genphys

@@ -305,11 +305,13 @@ void Impacts::Separate() {
 std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
   for (size_t i = 0; i < struck_.size(); ++i) {
-    const Struck& struck = struck_[i];
+    Struck& struck = struck_[i];
     ends.push_back(struck.motion.Coast(bodies_[i], struck.time));
     // What it stands on holds it as far as it does so now.
     if (!StandsOnGround(struck.row)) continue;
-    ends.back().linear_velocity = bodies_[i].linear_velocity + struck.time * world_.accelerations[struck.row];
+    struck.by_others = struck.time * (PushOf(struck.row) - world_.accelerations[struck.row]);
+    ends.back().linear_velocity =
+        bodies_[i].linear_velocity + struck.time * world_.accelerations[struck.row] + struck.by_others;
   }
   PushOn(ends);
   std::vector<Blow> supports;
@@ -325,6 +327,13 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     supports.push_back(support);
   }
   SolveBlows(supports, ends, ties_);
+  for (const Blow& support : supports) {
+    Struck &a = struck_[support.body_a], &b = struck_[support.body_b];
+    if (!a.motion.is_movable() || !b.motion.is_movable()) continue;
+    const Vector3 impulse = support.impulse * support.normal + support.rubbing;
+    a.by_others -= bodies_[support.body_a].inverse_mass * impulse;
+    b.by_others += bodies_[support.body_b].inverse_mass * impulse;
+  }
   return ends;
 }
 
@@ -357,7 +366,8 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     if (struck.time > 0) {
       world_.free_since[struck.row] = struck.time;
       const Pose then = struck.motion.PoseBefore(struck.time);
-      moved_.push_back({struck.row, then, struck.time, arrivals[i].acceleration, arrivals[i].torque});
+      moved_.push_back(
+          {struck.row, then, struck.time, arrivals[i].acceleration, arrivals[i].torque, arrivals[i].by_others});
       world_.state.set_pose(struck.row, arrivals[i].pose);
       world_.state.linear_velocities.col(row) = arrivals[i].linear_velocity;
       world_.state.angular_velocities.col(row) = arrivals[i].angular_velocity;

@@ -1,19 +1,14 @@
 #pragma once
-#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "genphys/contact.h"
-#include "genphys/layer_state.h"
 #include "genphys/narrow_phase.h"
-#include "genphys/pair_rule.h"
 #include "genphys/row_marks.h"
-#include "genphys/row_set.h"
-#include "genphys/scene.h"
-#include "genphys/state.h"
 #include "impact_motion.h"
+#include "impact_world.h"
 #include "joint_step.h"
 #include "spring_forces.h"
 #include "ties.h"
@@ -22,45 +17,6 @@ namespace genphys {
 
 /// rad: what turns by less in a substep does not roll far into what it is in touch with.
 inline constexpr double kRollingTurn = 0.3;
-
-/// What no impact hit since the substep began.
-inline constexpr double kAlwaysFree = std::numeric_limits<double>::infinity();
-
-/// The way of a body to where it is now.
-struct FlownWay {
-  EntityRow row{};
-  Pose start;       // of the entity's frame
-  double time = 0;  // s that it took
-  // What sped it up on the way, if joints hold it: m/s^2 and N*m.
-  Vector3 acceleration = Vector3::Zero();
-  Vector3 torque = Vector3::Zero();
-};
-
-/// What the impacts of a substep need to know of the world. All of it outlives them.
-struct ImpactWorld {
-  const Scene& scene;
-  StateArrays& state;
-  LayerState& layer;
-  const PairRule& rule;
-  const std::vector<GeometryRows>& geometry_rows;
-  const RowSet& active;
-  const RowValues<Vector3>& accelerations;  // m/s^2 from outside
-  const RowMarks& flew;                     // in flight before the solve of this substep
-  const RowMarks& flies;                    // moved in one go at the end of the step, with nothing in its way
-  const RowMarks& jolted;                   // the solve of this substep gave it a blow
-  const RowMarks& jointed;                  // held by joints
-  const ContactBuffer& solved;              // what touched in this substep, with impulses
-  JointStep& joints;
-  RowMarks& linked;  // memory of the impacts
-  // The same, which they leave empty.
-  RowValues<int>& group_of;      // -1: none
-  RowValues<int>& struck_index;  // -1: none
-  RowValues<int>& swept_index;   // the same, of sweeps
-  RowValues<double>& earliest;
-  RowValues<double>& free_since;  // s before the end
-  RowValues<uint8_t>& stances;    // of who is pressed against something
-  RowValues<int>& passed_index;   // -1: none
-};
 
 /// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
 class ImpactSpeed {
@@ -166,6 +122,7 @@ class Impacts {
     // What its velocity lacks to be as joints let it: the next solve gives it that, and no impact.
     Vector3 lacking_linear = Vector3::Zero();
     Vector3 lacking_angular = Vector3::Zero();
+    Vector3 by_others = Vector3::Zero();  // m/s, of how it goes on from the blow to the end: see FlownWay
   };
   // What joints hold together, and something hits.
   struct Group {
@@ -187,6 +144,7 @@ class Impacts {
     Vector3 angular_velocity = Vector3::Zero();
     Vector3 acceleration = Vector3::Zero();  // of it since the blow, m/s^2
     Vector3 torque = Vector3::Zero();        // the same, N*m
+    Vector3 by_others = Vector3::Zero();     // see FlownWay
   };
 
   // Against what somebody is pressed.
@@ -233,6 +191,10 @@ class Impacts {
   void AddSupports(const ContactBuffer& contacts);
   void AddGround(const ContactBuffer& contacts);
   void AddSupportBlows();
+  Vector3 CourseOf(EntityRow row) const;
+  Vector3 PushOf(EntityRow row) const;
+  bool IsHit(EntityRow row) const;
+  const FlownWay* WayFromBlow(EntityRow row) const;
   // What bears them that lie among others (impact_passing.cc).
   void FindBearings(const ContactBuffer& contacts);
   void NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed);
@@ -241,7 +203,6 @@ class Impacts {
   bool FollowDown(EntityRow row, int number, Descent& descent);
   void AddBearers(const ContactBuffer& contacts);
   void AddBearers(const Descent& descent);
-  Vector3 CourseOf(EntityRow row) const;
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
   const Group* GroupOf(EntityRow row) const;

@@ -339,8 +339,10 @@ void Serialize(const ContactBuffer& solved, std::string& bytes) {
   for (const ContactPair& pair : solved.pairs) {
     // Which geometries, their order tells; their rows tell also in which order they came to the world.
     for (uint32_t number : {Index(pair.entity_a), Index(pair.entity_b), pair.point_count}) out.Put(number);
+    out.Put(pair.owed);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       out.Put(solved.points[i].position);
+      out.Put(solved.points[i].normal);
       out.Put(solved.points[i].normal_impulse);
       out.Put(solved.points[i].friction_impulse);
     }

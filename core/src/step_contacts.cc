@@ -76,21 +76,47 @@ double StepRun::IntervalOf(const ContactPair& pair, double h) const {
   const LayerState& layer = world_.layer_;
   double interval = std::numeric_limits<double>::infinity();
   for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
-    if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
+    if (!IsMoved(row)) continue;
     interval = std::min(interval, layer.half_steps[Index(row)].Interval(layer.last_substep, h));
   }
   return std::isfinite(interval) ? interval : h;
 }
 
-// What is told of a solve are the impulses of one substep.
+// What is told of a solve are the impulses of one substep. Of two of which only one began anew the other one was given
+// what it got in less time than it was held.
 void StepRun::ShareImpulses(double h) {
   ContactBuffer& contacts = world_.contacts_;
+  scratch_.uneven.Clear();
   for (ContactPair& pair : contacts.pairs) {
+    pair.owed = kOwed;
     if (pair.is_sensor || pair.interval == h) continue;
+    NoteUneven(pair, h);
     const double scale = ImpulseScale(std::exchange(pair.interval, h), h);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       contacts.points[i].normal_impulse *= scale;
       contacts.points[i].friction_impulse *= scale;
+    }
+  }
+}
+
+// What the pair owes to the one that was given it for a longer time, beyond what it would owe if it had got it all the
+// time.
+void StepRun::NoteUneven(const ContactPair& pair, double h) {
+  if (!IsMoved(pair.entity_a) || !IsMoved(pair.entity_b)) return;
+  if (scratch_.jointed[pair.entity_a] || scratch_.jointed[pair.entity_b]) return;
+  // Of who was woken nobody knows yet how it is held.
+  const auto is_woken = [&](EntityRow row) { return world_.layer_.half_steps[Index(row)].is_woken; };
+  if (is_woken(pair.entity_a) || is_woken(pair.entity_b)) return;
+  for (const auto& [row, sign] : {std::pair(pair.entity_a, -1.0), std::pair(pair.entity_b, 1.0)}) {
+    const double own = world_.layer_.half_steps[Index(row)].Interval(world_.layer_.last_substep, h);
+    if (own == pair.interval) continue;
+    const double part = sign * h / 2 * (1 / pair.interval - 1 / own);
+    const Vector3 center = CenterOf(row);
+    Wrench& uneven = scratch_.uneven[row];
+    for (const ContactPoint& point : std::span(world_.contacts_.points).subspan(pair.first_point, pair.point_count)) {
+      const Vector3 impulse = part * (point.normal_impulse * point.normal + point.friction_impulse);
+      uneven.force += impulse;
+      uneven.torque += (point.position - center).cross(impulse);
     }
   }
 }

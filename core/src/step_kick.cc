@@ -154,6 +154,16 @@ void StepRun::TakeSteady(Mover& mover) {
   mover.beginning = lets_go ? Beginning::kMust : Beginning::kMay;
 }
 
+void StepRun::BeginMovers() {
+  for (Mover& mover : movers_) TakeSteady(mover);
+  RestartTogether();
+  RowMarks& anew = scratch_.paid;
+  anew.Clear();
+  for (const Mover& mover : movers_) anew.Set(mover.row, world_.layer_.half_steps[Index(mover.row)].restarts);
+  PayAcross(anew);
+  for (Mover& mover : movers_) BeginMover(mover);
+}
+
 // From the boundary back to the middle of the last substep.
 void StepRun::BeginMover(Mover& mover) {
   const uint32_t row = Index(mover.row);
@@ -161,7 +171,6 @@ void StepRun::BeginMover(Mover& mover) {
   TakeTensors(mover);
   joints_.SetTensors(mover.row, mover.turned);
   mover.start = state_.pose(mover.row);
-  const double last = world_.layer_.last_substep;
   if (half.restarts) {
     half.since_restart = 0;
     half.steady_kick.setZero();
@@ -170,7 +179,7 @@ void StepRun::BeginMover(Mover& mover) {
     mover.momentum = mover.turned.tensor * state_.angular_velocities.col(row);
     return;
   }
-  mover.past = last / 2;
+  mover.past = world_.layer_.last_substep / 2;
   mover.momentum = half.momentum;
   state_.linear_velocities.col(row) = half.velocity;
   state_.angular_velocities.col(row) = mover.turned.inverse * mover.momentum;
@@ -262,7 +271,9 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
   HalfStep& half = world_.layer_.half_steps[row];
   const Vector3& outside = std::as_const(scratch_.accelerations)[mover.row];
   const double interval = mover.past + h / 2;
-  const Vector3 rate = gained / interval;
+  const Wrench& uneven = std::as_const(scratch_.uneven)[mover.row];
+  const double mass = world_.scene_.entities[row]->mass.mass;
+  const Vector3 rate = gained / interval + 2 / (h * mass) * uneven.force;
   // What a joint gives when it begins is part of its course, and is known only then.
   const bool begins = !half.has_past && scratch_.jointed[mover.row];
   const Vector3 spun = state_.angular_velocities.col(row);
@@ -286,7 +297,7 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
     half.held_momentum.setZero();
     half.held_torque.setZero();
   } else {
-    const Vector3 torque = turned / interval;
+    const Vector3 torque = turned / interval + 2 / h * uneven.torque;
     const double ahead = half.since_restart >= 2 && joints_.IsFollowed(mover.row) ? h / (2 * mover.past) : 0;
     half.held_velocity = h / 2 * GoneOn(rate, half.held_rate, ahead);
     half.held_momentum = h / 2 * GoneOn(torque, half.held_torque, ahead);

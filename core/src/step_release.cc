@@ -37,9 +37,16 @@ void StepRun::PayReleased() {
     held.Mark(pair.entity_a);
     held.Mark(pair.entity_b);
   }
+  const auto is_released = [&](EntityRow row) {
+    return !held[row] && !scratch_.jointed[row] && !world_.layer_.half_steps[Index(row)].restarts;
+  };
+  RowMarks& released = scratch_.paid;
+  released.Clear();
+  for (const Mover& mover : movers_) released.Set(mover.row, is_released(mover.row));
+  PayAcross(released);
   for (const Mover& mover : movers_) {
     HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
-    if (held[mover.row] || scratch_.jointed[mover.row] || half.restarts) continue;
+    if (!is_released(mover.row)) continue;
     half.velocity += half.held_velocity;
     half.momentum += half.held_momentum;
     half.held_velocity.setZero();
@@ -48,10 +55,47 @@ void StepRun::PayReleased() {
   }
 }
 
+// Who is paid all that contacts owed has it from those contacts: whom they pressed it against, and who goes on as
+// before, gets his part of them as well, or momentum would come or go.
+void StepRun::PayAcross(const RowMarks& paid) {
+  for (const ContactPair& pair : world_.solved_.pairs) {
+    if (pair.is_sensor || pair.owed == 0 || paid[pair.entity_a] == paid[pair.entity_b]) continue;
+    if (!IsMoved(pair.entity_a) || !IsMoved(pair.entity_b)) continue;
+    // Joints would have to pass it on.
+    if (scratch_.jointed[pair.entity_a] || scratch_.jointed[pair.entity_b]) continue;
+    const bool is_a = paid[pair.entity_b];
+    const EntityRow row = is_a ? pair.entity_a : pair.entity_b;
+    const auto is_owed = [&](EntityRow of) {
+      const HalfStep& half = world_.layer_.half_steps[Index(of)];
+      return !half.is_woken && (!half.held_velocity.isZero(0) || !half.held_momentum.isZero(0));
+    };
+    // One that was let go of before took this part with it.
+    if (is_owed(pair.entity_a) && is_owed(pair.entity_b)) PayPart(pair, row);
+  }
+}
+
+// But for what is along gravity: that bears a weight, which the ground or those below have to bear as well, and
+// who is paid a part of all that without the others is thrown about until the next solve. Along that nobody asks for
+// momentum, for it goes into the ground.
+void StepRun::PayPart(const ContactPair& pair, EntityRow row) {
+  HalfStep& half = world_.layer_.half_steps[Index(row)];
+  const double mass = world_.scene_.entities[Index(row)]->mass.mass;
+  const Vector3 center = CenterOf(row), pull = world_.scene_.world.gravity.stableNormalized();
+  const double part = row == pair.entity_a ? -pair.owed : pair.owed;
+  for (const ContactPoint& point : PointsOf(world_.solved_, pair)) {
+    const Vector3 whole = part * (point.normal_impulse * point.normal + point.friction_impulse);
+    const Vector3 impulse = whole - whole.dot(pull) * pull, twist = (point.position - center).cross(impulse);
+    half.velocity += impulse / mass;
+    half.held_velocity -= impulse / mass;
+    half.momentum += twist;
+    half.held_momentum -= twist;
+  }
+}
+
 // Calls join(a, b) with the numbers of two that a contact which `holds` or a joint holds together: a mover's place in
 // movers_ and one, or zero for whom nothing moves.
-template <typename Test, typename Join>
-void StepRun::VisitHeldTogether(Test&& holds, Join&& join) {
+void StepRun::VisitHeldTogether(absl::FunctionRef<bool(const ContactPair&)> holds,
+                                absl::FunctionRef<void(uint32_t, uint32_t)> join) {
   RowValues<int>& numbers = scratch_.struck_index;
   for (size_t i = 0; i < movers_.size(); ++i) numbers[movers_[i].row] = static_cast<int>(i + 1);
   const auto number = [&](EntityRow row) {
@@ -124,33 +168,6 @@ void StepRun::NoteLed(EntityRow row) {
   HalfStep& half = world_.layer_.half_steps[Index(row)];
   half.velocity = state_.linear_velocities.col(Index(row));
   half.momentum = state_.angular_velocities.col(Index(row));
-}
-
-// What nothing holds to the ground goes on as a whole after a blow within, or momentum would come or go: who was jolted
-// does not go on by what it got in the last solve, and so nobody does that gave it that.
-void StepRun::ShareJolts() {
-  DisjointSets sets(movers_.size() + 1);
-  const auto is_pressed = [&](const ContactPair& pair) {
-    return !pair.is_sensor && HasPressed(world_.contacts_, pair);
-  };
-  VisitHeldTogether(is_pressed, [&](uint32_t a, uint32_t b) { sets.Join(a, b); });
-  const auto root_of = [&](size_t mover) { return sets.Find(static_cast<uint32_t>(mover + 1)); };
-  std::vector<uint8_t> is_jolted(movers_.size() + 1);
-  for (size_t i = 0; i < movers_.size(); ++i) {
-    if (scratch_.jolted[movers_[i].row]) is_jolted[root_of(i)] = true;
-  }
-  is_jolted[sets.Find(0)] = false;
-  for (size_t i = 0; i < movers_.size(); ++i) {
-    if (!is_jolted[root_of(i)]) continue;
-    const Mover& mover = movers_[i];
-    HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
-    state_.linear_velocities.col(Index(mover.row)) -= half.held_velocity;
-    state_.angular_velocities.col(Index(mover.row)) -= mover.turned.inverse * half.held_momentum;
-    half.held_velocity.setZero();
-    half.held_momentum.setZero();
-    half.held_torque.setZero();
-    scratch_.jolted.Mark(mover.row);
-  }
 }
 
 // A lift that starts or stops at once holds what it carries by another force from then on.

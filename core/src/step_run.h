@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "disjoint_sets.h"
 #include "field_forces.h"
 #include "genphys/world.h"
@@ -38,6 +39,7 @@ class StepRun {
   };
 
   class Crowd;
+  class Jolts;
 
   // A dynamic body that nothing can meet in this step.
   struct Flyer {
@@ -62,6 +64,7 @@ class StepRun {
   ContactBudget BudgetWithin() const;
   void StartMover(EntityRow row, Mover& mover);
   bool IsDynamic(EntityRow row) const;
+  bool IsMoved(EntityRow row) const { return world_.active_[Index(row)] && IsDynamic(row); }
   bool Fits(EntityRow row) const;
   void Retire(std::span<const EntityRow> strays);
   void RetireStrays();
@@ -122,6 +125,7 @@ class StepRun {
   bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
   void NoteTurn(EntityRow row, const Vector3& acceleration);
   void TakeSteady(Mover& mover);
+  void BeginMovers();
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);
   void TakeTensors(Mover& mover) const;
@@ -133,15 +137,19 @@ class StepRun {
   // Who is let go of (step_release.cc).
   bool Holds(const ContactPair& pair) const;
   void PayReleased();
-  template <typename Test, typename Join>
-  void VisitHeldTogether(Test&& holds, Join&& join);
+  void PayAcross(const RowMarks& paid);
+  void PayPart(const ContactPair& pair, EntityRow row);
+  void VisitHeldTogether(absl::FunctionRef<bool(const ContactPair&)> holds,
+                         absl::FunctionRef<void(uint32_t, uint32_t)> join);
   DisjointSets HangTogether();
   void RestartFallen();
   bool IsLedOtherwise(EntityRow row) const;
   void NoteLed(EntityRow row);
   void RestartCarried();
   void RestartTogether();
-  void ShareJolts();
+
+  // What is owed after blows within contacts (step_jolts.cc).
+  void ShareJolts(double h);
 
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;
@@ -151,6 +159,7 @@ class StepRun {
   void PrepareContacts(double h);
   double IntervalOf(const ContactPair& pair, double h) const;
   void ShareImpulses(double h);
+  void NoteUneven(const ContactPair& pair, double h);
   // What met in the substep just done, or what a command made meet before the first one.
   // False: there were too many for one substep.
   bool ResolveImpacts(double h, double elapsed, bool after_move);
@@ -189,6 +198,8 @@ class StepRun {
   void CountIslands();
   void FillStats(size_t fell_asleep);
 
+  // Of what a contact gives in a substep, what it gives in the half of it that the velocities of its middle lack.
+  static constexpr double kOwed = 0.5;
   // m: a contact with a wider gap touches nothing yet.
   static constexpr double kReleaseGap = 1e-3;
 

@@ -22,6 +22,7 @@ struct StepScratch {
   RowValues<Wrench> samples{Wrench{}};                // of sampled forces of this step
   RowValues<Wrench> last_samples{Wrench{}};           // of the last one
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
+  RowValues<Wrench> uneven{Wrench{}};                 // N*s and N*m*s: see StepRun::ShareImpulses()
   std::vector<Vector3> bends;                         // by pair, m/s: how more its surfaces slip
   RowValues<double> drives{0};                        // m/s: see StepRun::FindDrives()
   RowValues<int> struck_index{-1};                    // of impacts
@@ -40,6 +41,7 @@ struct StepScratch {
   RowMarks jointed;                                   // a joint holds it
   RowMarks linked;                                    // with one that was hit, by joints
   RowMarks held;                                      // something touches or holds it
+  RowMarks paid;                                      // all that contacts owed it
   RowMarks changed;                                   // place or velocity, in the last impacts
   RowMarks moved;                                     // since the last search for contacts
   RowMarks tested;                                    // active in some search for contacts of this step
@@ -50,9 +52,9 @@ struct StepScratch {
 
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
-    reset(drives, wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations, struck_index,
-          group_of, swept_index, places, earliest, free_since, stances, passed_index, flew, jolted, reached, jointed,
-          linked, held, changed, moved, tested, flies, steered, strays, pushed);
+    reset(drives, uneven, wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations,
+          struck_index, group_of, swept_index, places, earliest, free_since, stances, passed_index, flew, jolted,
+          reached, jointed, linked, held, paid, changed, moved, tested, flies, steered, strays, pushed);
   }
 };
 

@@ -233,9 +233,7 @@ void StepRun::Substep(double h, double elapsed) {
   is_first_ = elapsed == 0;
   WakeMet(h);
   FindBends(h);
-  for (Mover& mover : movers_) TakeSteady(mover);
-  RestartTogether();
-  for (Mover& mover : movers_) BeginMover(mover);
+  BeginMovers();
   joints_.Begin(h);
   GatherFields(h);
   for (Mover& mover : movers_) KickMover(mover, h);
@@ -254,7 +252,7 @@ void StepRun::Substep(double h, double elapsed) {
   GatherFields(h);
   is_anybody_jolted_ = false;
   for (Mover& mover : movers_) EndMover(mover, h);
-  if (is_anybody_jolted_) ShareJolts();
+  ShareJolts(h);
   LeaveLimits(h);
   locked_.DropVelocities();
   MoveKinematic(h);

@@ -43,6 +43,9 @@ struct ContactPair {
   /// s, for which Solve() acts on the two, and what is held gives impulses that grow with it; the layer fills it
   /// before.
   double interval = 0;
+  /// The part of its impulses that it owes the two after Solve(), for the time from the middle of the substep to its
+  /// end; the layer fills it then.
+  double owed = 0;
   bool is_sensor = false;  // the engine must not push for it
   uint32_t first_point = 0;
   uint32_t point_count = 0;
