@@ -291,8 +291,6 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
     half.held_velocity = h / 2 * half.held_rate;
     half.held_momentum = h / 2 * half.held_torque;
   } else if (is_jolted) {
-    // What it is not paid here others were, and it may not begin anew before the next solve has made up for that.
-    half.since_restart = 0;
     half.held_velocity = -h / 2 * outside;
     half.held_momentum.setZero();
     half.held_torque.setZero();
