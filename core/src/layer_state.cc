@@ -139,7 +139,7 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.Put(uint64_t{touching.size()});
   for (const TouchingPair& pair : touching) Put(out, pair);
   out.Put(uint64_t{lying.size()});
-  for (const TouchingPair& pair : lying) Put(out, pair);
+  for (const TouchingPair& pair : lying.Sorted()) Put(out, pair);
   out.Put(uint64_t{forces.size()});
   for (const PendingForce& force : forces) Put(out, force);
   out.Put(uint64_t{passages.size()});

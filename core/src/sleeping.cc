@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <unordered_set>
 #include <utility>
 
 #include "disjoint_sets.h"
@@ -153,7 +152,7 @@ void ReportMoving(const Scene& scene, const StateArrays& state, const std::vecto
 }
 
 std::vector<EntityRow> SleepingIslands(const Scene& scene, const StateArrays& state, const LayerState& layer,
-                                       const JointIndex& joints, std::span<const EntityRow> rows) {
+                                       const JointIndex& joints, std::span<const EntityRow> rows, RowMarks& found) {
   const auto sleeps = [&](uint32_t r) { return state.asleep[r] && !layer.faulted[r] && IsDynamic(scene, r); };
   // What has no list of those that it ties one body to.
   std::vector<std::pair<uint32_t, uint32_t>> loose;
@@ -167,9 +166,12 @@ std::vector<EntityRow> SleepingIslands(const Scene& scene, const StateArrays& st
   std::ranges::sort(loose);
 
   std::vector<EntityRow> sleepers;
-  std::unordered_set<uint32_t> found;
+  found.Resize(state.rows());
+  found.Clear();
   const auto find = [&](uint32_t r) {
-    if (sleeps(r) && found.insert(r).second) sleepers.push_back(EntityRow{r});
+    if (!sleeps(r) || found[EntityRow{r}]) return;
+    found.Mark(EntityRow{r});
+    sleepers.push_back(EntityRow{r});
   };
   for (const EntityRow row : rows) find(Index(row));
   // Who is found last is at the end of the list.

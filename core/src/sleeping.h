@@ -26,8 +26,8 @@ void ReportMoving(const Scene& scene, const StateArrays& state, const std::vecto
                   std::vector<EventKind>& events);
 
 /// Every sleeping dynamic body that is among `rows`, or that one of them that sleeps reaches through sleepers that
-/// touch or are joined, ascending.
+/// touch or are joined, ascending. `found` is for its own use.
 std::vector<EntityRow> SleepingIslands(const Scene& scene, const StateArrays& state, const LayerState& layer,
-                                       const JointIndex& joints, std::span<const EntityRow> rows);
+                                       const JointIndex& joints, std::span<const EntityRow> rows, RowMarks& found);
 
 }  // namespace genphys

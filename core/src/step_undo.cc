@@ -29,8 +29,7 @@ void StepUndo::Keep(EntityRow entity) {
                    .asleep = state.asleep[row] != 0,
                    .faulted = layer.faulted[row] != 0,
                    .rest_time = layer.rest_times[row],
-                   .half = layer.half_steps[row],
-                   .last_touches = layer.last_touches[row]});
+                   .half = layer.half_steps[row]});
 }
 
 void StepUndo::KeepPassages() {
@@ -58,6 +57,7 @@ void StepUndo::Undo() {
   if (passages_) world_.layer_.passages = *std::move(passages_);
   if (forces_) world_.layer_.forces = *std::move(forces_);
   for (auto saved = rows_.rbegin(); saved != rows_.rend(); ++saved) PutBack(*saved);
+  for (auto& [row, touches] : touches_) world_.layer_.last_touches[Index(row)] = std::move(touches);
   LayStirred();
   world_.layer_.last_substep = last_substep_;
   world_.woken_.clear();
@@ -84,7 +84,6 @@ void StepUndo::PutBack(const Row& saved) {
   layer.faulted[row] = saved.faulted;
   layer.rest_times[row] = saved.rest_time;
   layer.half_steps[row] = saved.half;
-  layer.last_touches[row] = saved.last_touches;
   // What an engine has solved is more exact than the columns made of it, which it need not be told.
   if (has_moved) world_.TellPose(saved.row);
   world_.UpdateActive(saved.row);

@@ -2,6 +2,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genphys/world.h"
@@ -23,7 +24,6 @@ class StepUndo {
     bool faulted = false;
     double rest_time = 0;
     HalfStep half;
-    std::vector<LastTouch> last_touches;
   };
 
   /// For as long as it lives, the world remembers here what wakes.
@@ -34,6 +34,8 @@ class StepUndo {
 
   /// To be called before any of these is changed.
   void Keep(EntityRow row);
+  /// Of one that wakes.
+  void KeepTouches(EntityRow row, std::vector<LastTouch> touches) { touches_.emplace_back(row, std::move(touches)); }
   void KeepPassages();
   void KeepForces();
   void KeepSolved();
@@ -59,6 +61,7 @@ class StepUndo {
 
   World& world_;
   std::vector<Row> rows_;
+  std::vector<std::pair<EntityRow, std::vector<LastTouch>>> touches_;  // by row
   std::optional<std::map<EntityId, Passage>> passages_;
   std::optional<std::vector<PendingForce>> forces_;
   std::vector<TouchingPair> stirred_;

@@ -251,7 +251,10 @@ void World::TellPose(EntityRow row) {
 
 void World::Wake(EntityRow row) {
   if (!state_.asleep[Index(row)] || layer_.faulted[Index(row)]) return;
-  if (undo_ != nullptr) undo_->Keep(row);
+  if (undo_ != nullptr) {
+    undo_->Keep(row);
+    undo_->KeepTouches(row, std::move(layer_.last_touches[Index(row)]));
+  }
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();

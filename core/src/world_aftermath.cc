@@ -28,9 +28,10 @@ void World::Unforce(EntityId id) {
 }
 
 void World::WakeIslandOf(EntityRow row) {
+  // Of who sleeps Wake() keeps all that it changes, once.
+  if (state_.asleep[Index(row)]) return aftermath_.stirred.push_back(row);
   if (undo_ != nullptr) undo_->Keep(row);
   layer_.rest_times[Index(row)] = 0;
-  if (state_.asleep[Index(row)]) aftermath_.stirred.push_back(row);
 }
 
 // Who touches it or hangs on it.
@@ -145,8 +146,10 @@ void World::DropSamples() {
 
 void World::WakeStirred() {
   if (aftermath_.stirred.empty()) return;
-  for (const EntityRow sleeper : SleepingIslands(scene_, state_, layer_, joint_index_, aftermath_.stirred))
+  for (const EntityRow sleeper :
+       SleepingIslands(scene_, state_, layer_, joint_index_, aftermath_.stirred, sleepers_found_)) {
     Wake(sleeper);
+  }
   aftermath_.stirred.clear();
 }
 

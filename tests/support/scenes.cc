@@ -167,7 +167,8 @@ bool Asleep(const World& world, EntityId id) { return world.state().asleep[id.in
 
 std::vector<TouchingPair> TouchingIn(const World& world) {
   std::vector<TouchingPair> all = world.layer_state().touching;
-  all.insert(all.end(), world.layer_state().lying.begin(), world.layer_state().lying.end());
+  const std::vector<TouchingPair> lying = world.layer_state().lying.Sorted();
+  all.insert(all.end(), lying.begin(), lying.end());
   return all;
 }
 

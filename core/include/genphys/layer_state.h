@@ -134,7 +134,7 @@ struct LayerState {
   std::vector<RestWatch> rest_watches;  // of who rests, by row
   std::vector<uint8_t> moving;          // bit 0: in translation, bit 1: in rotation, as last told; by row
   std::vector<uint8_t> faulted;         // left the bounds and was disabled, by row
-  // Ascending both. Pairs of which somebody is active are in the first, so that the second one costs nothing.
+  // Pairs of which somebody is active are in the first, ascending, so that the second one costs nothing.
   std::vector<TouchingPair> touching;
   PairSet lying;
   std::vector<PendingForce> forces;  // in order of command

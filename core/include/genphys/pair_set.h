@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
-#include <set>
+#include <cstdint>
+#include <limits>
+#include <vector>
 
 #include "genphys/event.h"
 #include "genphys/ids.h"
@@ -15,50 +17,59 @@ struct TouchingPair {
   auto operator<=>(const TouchingPair&) const = default;
 };
 
-/// Pairs that touch, ascending, which are found by either of the two: what somebody touches costs by how much that is,
-/// and not by how many pairs there are.
+/// Pairs that touch, which are found by either of the two: what somebody touches costs by how much that is, and not by
+/// how many pairs there are, and so do coming and going. Each pair is in a list of either side, and every list is a
+/// chain through one array: who is woken among very many reads a few places of memory, where a tree has them by dozens.
 class PairSet {
  public:
-  void Insert(const TouchingPair& pair) {
-    by_first_.insert(pair);
-    by_second_.insert(pair);
-  }
-  void Erase(const TouchingPair& pair) {
-    by_first_.erase(pair);
-    by_second_.erase(pair);
-  }
+  /// Unless it is there.
+  void Insert(const TouchingPair& pair);
+  /// If it is there.
+  void Erase(const TouchingPair& pair);
 
-  /// Calls visit(pair) for each of which `id` is one side. Nothing may be inserted or erased meanwhile.
+  /// Calls visit(pair) for each of which `id` is one side, in no particular order. Nothing may be inserted or erased
+  /// meanwhile.
   template <typename Visit>
   void VisitOf(EntityId id, Visit&& visit) const {
-    VisitRange(by_first_, id, visit);
-    VisitRange(by_second_, id, visit);
+    if (id.index() >= lists_.size()) return;
+    for (Place at = lists_[id.index()].first; at != kNone; at = LinkIn(id.index(), at).after) {
+      const TouchingPair& pair = entries_[at].pair;
+      if (pair.pair.a == id || pair.pair.b == id) visit(pair);
+    }
   }
 
-  size_t size() const { return by_first_.size(); }
-  auto begin() const { return by_first_.begin(); }
-  auto end() const { return by_first_.end(); }
+  size_t size() const { return entries_.size() - free_.size(); }
+  /// Ascending.
+  std::vector<TouchingPair> Sorted() const;
 
  private:
-  // By that side, and by the rest to tell pairs of the same one apart.
-  template <EntityId EntityPair::*side>
-  struct Before {
-    using is_transparent = void;
-    bool operator()(const TouchingPair& x, const TouchingPair& y) const {
-      return x.pair.*side != y.pair.*side ? x.pair.*side < y.pair.*side : x < y;
-    }
-    bool operator()(const TouchingPair& x, EntityId id) const { return x.pair.*side < id; }
-    bool operator()(EntityId id, const TouchingPair& x) const { return id < x.pair.*side; }
+  using Place = uint32_t;
+  static constexpr Place kNone = std::numeric_limits<Place>::max();
+
+  struct Link {
+    Place before = kNone;
+    Place after = kNone;
+  };
+  struct Entry {
+    TouchingPair pair;
+    Link links[2];  // in the lists of a and b
+  };
+  struct List {
+    Place first = kNone;
+    uint32_t size = 0;
   };
 
-  template <typename Set, typename Visit>
-  static void VisitRange(const Set& set, EntityId id, Visit& visit) {
-    const auto [first, last] = set.equal_range(id);
-    for (auto pair = first; pair != last; ++pair) visit(*pair);
-  }
+  // Which side of the pair there has that slot.
+  int SideOf(uint32_t slot, Place at) const { return entries_[at].pair.pair.a.index() == slot ? 0 : 1; }
+  const Link& LinkIn(uint32_t slot, Place at) const { return entries_[at].links[SideOf(slot, at)]; }
+  Link& LinkIn(uint32_t slot, Place at) { return entries_[at].links[SideOf(slot, at)]; }
+  Place Find(const TouchingPair& pair) const;
+  void Chain(uint32_t slot, Place at);
+  void Unchain(uint32_t slot, Place at);
 
-  std::set<TouchingPair, Before<&EntityPair::a>> by_first_;
-  std::set<TouchingPair, Before<&EntityPair::b>> by_second_;
+  std::vector<Entry> entries_;
+  std::vector<Place> free_;  // of entries_
+  std::vector<List> lists_;  // by slot of an entity's id, whose generations share one
 };
 
 }  // namespace genphys

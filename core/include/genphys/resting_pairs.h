@@ -34,11 +34,12 @@ class RestingPairs {
   void TakeOf(const Body& body, std::vector<Memory>& out) {
     const auto own = slots_of_.find(body);
     if (own == slots_of_.end()) return;
-    for (const uint32_t slot : std::exchange(own->second, {})) {
+    const std::vector<uint32_t> slots = std::move(own->second);
+    slots_of_.erase(own);
+    for (const uint32_t slot : slots) {
       out.push_back(std::move(slots_[slot].memory));
-      Free(slot);
+      Free(slot, &body);
     }
-    slots_of_.erase(body);
   }
 
   /// Keeps those no longer of which the condition holds.
@@ -65,8 +66,10 @@ class RestingPairs {
     size_t count = 0;  // of those; none: it is free
   };
 
-  void Free(uint32_t slot) {
+  // It is not among those of `gone` any more.
+  void Free(uint32_t slot, const Body* gone = nullptr) {
     for (const Body& body : std::span(slots_[slot].wakeable).first(slots_[slot].count)) {
+      if (gone != nullptr && body == *gone) continue;
       const auto own = slots_of_.find(body);
       if (own == slots_of_.end()) continue;
       std::erase(own->second, slot);

@@ -18,6 +18,7 @@
 #include "genphys/placement.h"
 #include "genphys/query.h"
 #include "genphys/registry.h"
+#include "genphys/row_marks.h"
 #include "genphys/row_set.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
@@ -258,6 +259,7 @@ class World {
   std::vector<EntityId> woken_;  // not told yet
   uint32_t active_count_ = 0;
   std::vector<EntityRow> roused_;  // since the step began
+  RowMarks sleepers_found_;        // scratch of who looks for those that wake
   struct Aftermath {
     std::vector<EntityRow> stirred;        // wake with their islands
     std::vector<EntityId> displaced;       // whoever touches them wakes
