@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -33,7 +32,7 @@ constexpr size_t kFewBlows = 3;
 // Of some more, all are solved at once after so many sweeps, which show who presses, slips and leaves, if as many more
 // seem to be needed.
 constexpr uint32_t kFirstSweeps = 4;
-constexpr double kManySweeps = 20;
+constexpr uint32_t kManySweeps = 20;
 // Of masses.
 constexpr double kUneven = 8;
 // Kinetic energy may grow by rounding only.
@@ -59,7 +58,12 @@ class Groups {
       order_.emplace_back(sets_.Find(is_movable(blow.body_a) ? blow.body_a : blow.body_b), i);
     }
     std::sort(order_.begin(), order_.end());
+    size_t size = 0;
+    Walk([&](uint32_t) { ++size; }, [&] { largest_ = std::max(largest_, std::exchange(size, 0)); });
   }
+
+  /// Blows of the largest one.
+  size_t largest() const { return largest_; }
 
   // Calls visit(blow) for each blow, and done() after the last one of each group.
   template <typename Visit, typename Done>
@@ -73,6 +77,7 @@ class Groups {
  private:
   DisjointSets sets_;
   std::vector<std::pair<uint32_t, uint32_t>> order_;  // root and blow
+  size_t largest_ = 0;
 };
 
 // How sweeps come nearer. Two points of a body that are timed apart, and so lie a little askew, cannot both stand still
@@ -90,10 +95,12 @@ class Progress {
       since_ = 0;
     }
   }
-  // Until all is settled, if each of them lessens what they change by as much as the last one.
-  double SweepsLeft() const {
-    if (!(last_ < before_last_)) return std::numeric_limits<double>::infinity();
-    return std::log(kSettled / last_) / std::log(last_ / before_last_);
+  // Whether so many more do not settle all, if each of them lessens what they change by as much as the last one.
+  bool TakesMoreThan(uint32_t sweeps) const {
+    if (!(last_ < before_last_)) return true;
+    double left = last_;
+    for (uint32_t i = 0; i < sweeps && left > kSettled; ++i) left *= last_ / before_last_;
+    return left > kSettled;
   }
   bool IsLittleLeft() const { return last_ <= kLittle * first_; }
   // Little is left, and the last sweeps hardly changed less and less.
@@ -114,9 +121,11 @@ void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties
 // Blows that have no movable body in common with any other.
 class Group {
  public:
-  Group(std::span<StruckBody> bodies, Ties& ties) : bodies_(bodies), ties_(ties), changed_in_(bodies.size(), 0) {
+  /// There will be `blows_max` in it at once: each is too large to be moved about.
+  Group(std::span<StruckBody> bodies, Ties& ties, size_t blows_max)
+      : bodies_(bodies), ties_(ties), changed_in_(bodies.size(), 0) {
     speeds_.reserve(bodies.size());
-    blows_.reserve(kBlowsAtOnce);  // of most groups that is all, and each is too large to be moved about
+    blows_.reserve(blows_max);
     for (const StruckBody& body : bodies) speeds_.push_back({Pad(body.linear_velocity), Pad(body.angular_velocity)});
   }
 
@@ -156,7 +165,7 @@ class Group {
       }
       progress.Note(largest);
       if (largest <= kSettled || progress.IsStuck()) return;
-      if (sweep >= kFirstSweeps && may_be_solved && progress.SweepsLeft() > kManySweeps) {
+      if (sweep >= kFirstSweeps && may_be_solved && progress.TakesMoreThan(kManySweeps)) {
         SettleAtOnce(false, sweep);
         may_be_solved = false;
       }
@@ -377,13 +386,13 @@ class Group {
 
 template <typename Solve>
 void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties, Solve&& solve) {
-  Group group(bodies, ties);
-  Groups(blows, bodies, ties)
-      .Walk([&](uint32_t i) { group.Add(blows[i]); },
-            [&] {
-              solve(group);
-              group.Finish();
-            });
+  const Groups groups(blows, bodies, ties);
+  Group group(bodies, ties, groups.largest());
+  groups.Walk([&](uint32_t i) { group.Add(blows[i]); },
+              [&] {
+                solve(group);
+                group.Finish();
+              });
 }
 
 }  // namespace

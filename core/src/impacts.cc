@@ -338,6 +338,7 @@ std::vector<StruckBody> Impacts::RestOfStep() {
 }
 
 void Impacts::Record() {
+  if (impulses_.points.empty()) impulses_.points.reserve(blows_.size());
   for (size_t i = 0; i < blows_.size(); ++i) {
     if (i == 0 || blow_pairs_[i] != blow_pairs_[i - 1]) {
       ContactPair pair = blow_pairs_[i]->pair;
