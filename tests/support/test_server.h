@@ -14,6 +14,7 @@
 #include "genphys/v1/engine_service.grpc.pb.h"
 #include "genphys/v1/simulation_service.grpc.pb.h"
 #include "genphys/v1/world_service.grpc.pb.h"
+#include "support/sweep.h"
 
 // A real server and plain stubs, for tests that look at what goes over the wire.
 //
@@ -23,8 +24,8 @@
 
 namespace genphys::testing {
 
-/// Only a server that hangs meets it, however slow the machine.
-inline constexpr std::chrono::seconds kPatience{60};
+/// Only a server that hangs meets it, however slow the machine and what watches the code.
+inline constexpr std::chrono::seconds kPatience{kSweepStride == 1 ? 60 : 600};
 
 /// A folder that is gone with this object.
 class TemporaryFolder {
