@@ -24,8 +24,6 @@ constexpr double kFreshDepth = 1.5;
 constexpr double kSameTime = 0.05;
 // More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
 constexpr size_t kRefinedMax = 8;
-// m/s: what slips faster slides.
-constexpr double kSlidingSpeed = 1e-2;
 
 }  // namespace
 

@@ -39,6 +39,9 @@ class ImpactSpeed {
   double step_size_;
 };
 
+/// m/s: what slips faster slides, whatever else is known of it.
+inline constexpr double kSlidingSpeed = 1e-2;
+
 /// The Coulomb coefficient where surfaces slip at `speed`, m/s: at rest or while sliding.
 double FrictionAt(const MixedMaterial& material, double speed);
 

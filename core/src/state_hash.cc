@@ -340,11 +340,15 @@ void Serialize(const ContactBuffer& solved, std::string& bytes) {
     // Which geometries, their order tells; their rows tell also in which order they came to the world.
     for (uint32_t number : {Index(pair.entity_a), Index(pair.entity_b), pair.point_count}) out.Put(number);
     out.Put(pair.owed);
+    const bool is_slip_told = pair.material.kinetic_friction != pair.material.friction;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       out.Put(solved.points[i].position);
       out.Put(solved.points[i].normal);
       out.Put(solved.points[i].normal_impulse);
       out.Put(solved.points[i].friction_impulse);
+      if (!is_slip_told) continue;
+      out.Put(solved.points[i].friction);
+      out.Put(Vector3(solved.points[i].relative_velocity + pair.surface_velocity));
     }
   }
 }

@@ -2,9 +2,12 @@
 // come.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <span>
 #include <utility>
 
+#include "contact_points.h"
 #include "free_rotation.h"
 #include "running_surfaces.h"
 #include "step_run.h"
@@ -14,8 +17,74 @@ namespace {
 
 // More impacts one after the other than this are left to the next substep.
 constexpr int kWavesMax = 32;
+// Friction that gave this part of what it can held no more.
+constexpr double kGivenWay = 0.99;
+// m/s: what slips more slowly than this trembles.
+constexpr double kTremble = 1e-4;
+
+Vector3 SlipAt(const ContactPair& pair, const ContactPoint& point) {
+  const Vector3 slip = point.relative_velocity + pair.surface_velocity;
+  return slip - slip.dot(point.normal) * point.normal;
+}
+
+// Whether friction gave all that it can in the solve that left the pair there.
+bool HasGivenWay(const ContactBuffer& solved, const ContactPair& pair) {
+  double given = 0, most = 0;
+  for (const ContactPoint& point : PointsOf(solved, pair)) {
+    given += point.friction_impulse.norm();
+    most += point.friction * point.normal_impulse;
+  }
+  return most > 0 && given >= kGivenWay * most;
+}
+
+const ContactPoint& NearestOf(std::span<const ContactPoint> points, const Vector3& position) {
+  return *std::ranges::min_element(
+      points, {}, [&](const ContactPoint& point) { return (point.position - position).squaredNorm(); });
+}
 
 }  // namespace
+
+const ContactPair* StepRun::SolvedBefore(const ContactPair& pair) const {
+  const auto ids = [&](const ContactPair& each) {
+    return EntityPair{state_.ids[Index(each.entity_a)], state_.ids[Index(each.entity_b)]};
+  };
+  for (const ContactPair& each : std::ranges::equal_range(world_.solved_.pairs, ids(pair), std::less<>(), ids)) {
+    if (each.geometry_a == pair.geometry_a && each.geometry_b == pair.geometry_b) return &each;
+  }
+  return nullptr;
+}
+
+// What slides goes on sliding until its slip comes to nothing, and then friction at rest may hold it. What was held
+// slides from where that gives way: how fast tells neither, for it is as slow before it stops as when it has begun.
+void StepRun::RoughenSliding(ContactPair& pair, double h) {
+  std::span<ContactPoint> points = std::span(world_.contacts_.points).subspan(pair.first_point, pair.point_count);
+  if (pair.material.kinetic_friction == pair.material.friction) {
+    for (ContactPoint& point : points) point.friction = pair.material.friction;
+    return;
+  }
+  const ContactPair* before = SolvedBefore(pair);
+  const std::span<const ContactPoint> solved =
+      before == nullptr ? std::span<const ContactPoint>() : PointsOf(world_.solved_, *before);
+  const auto pull = [&](EntityRow row) { return IsMoved(row) ? scratch_.accelerations[row].norm() : 0.0; };
+  const double stoppable = pair.material.friction * std::max(pull(pair.entity_a), pull(pair.entity_b)) * h;
+  const bool has_given_way = !solved.empty() && HasGivenWay(world_.solved_, *before);
+  for (ContactPoint& point : points) {
+    const Vector3 slip = SlipAt(pair, point);
+    double least = kSlidingSpeed;
+    bool has_turned = false;
+    if (!solved.empty()) {
+      const ContactPoint& last = NearestOf(solved, point.position);
+      const Vector3 last_slip = SlipAt(*before, last);
+      const bool slid = last.friction == pair.material.kinetic_friction;
+      has_turned = slip.dot(last_slip) < 0;
+      // What was held shows what it is owed as a slip, and so does what was just stopped.
+      const bool slides_on = has_given_way && (slid || slip.squaredNorm() > last_slip.squaredNorm());
+      least = slides_on ? kTremble : std::max(kSlidingSpeed, stoppable);
+    }
+    const bool slides = !has_turned && slip.norm() > least;
+    point.friction = slides ? pair.material.kinetic_friction : pair.material.friction;
+  }
+}
 
 Vector3 StepRun::CenterOf(EntityRow row) const {
   const Vector3& center = world_.scene_.entities[Index(row)]->mass.center_of_mass;
@@ -54,12 +123,11 @@ void StepRun::PrepareContacts(double h) {
     if (pair.is_sensor) continue;
     pair.interval = IntervalOf(pair, h);
     const bool is_solved_apart = pair.material.restitution > 0 || impact_speed.IsFree(pair);
+    // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
+    RoughenSliding(pair, h);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       ContactPoint& point = contacts.points[i];
-      // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
       const double closing = -point.relative_velocity.dot(point.normal);
-      const Vector3 slip = point.relative_velocity + pair.surface_velocity;
-      point.friction = FrictionAt(pair.material, (slip - slip.dot(point.normal) * point.normal).norm());
       // What parts fast enough to be apart by the end is no more in touch.
       const bool is_apart = point.depth < std::max(0.0, -closing * h);
       point.is_ahead = is_solved_apart && is_apart &&

@@ -93,14 +93,8 @@ class StepRun::Jolts {
 
   // By the solve before, if it pressed them together as well.
   std::span<const ContactPoint> Before(const ContactPair& pair) const {
-    const StateArrays& state = run_.state_;
-    const ContactBuffer& solved = run_.world_.solved_;
-    const auto ids = [&](const ContactPair& each) {
-      return EntityPair{state.ids[Index(each.entity_a)], state.ids[Index(each.entity_b)]};
-    };
-    for (const ContactPair& each : std::ranges::equal_range(solved.pairs, ids(pair), std::less<>(), ids)) {
-      if (each.geometry_a == pair.geometry_a && each.geometry_b == pair.geometry_b) return PointsOf(solved, each);
-    }
+    const ContactPair* before = run_.SolvedBefore(pair);
+    if (before != nullptr) return PointsOf(run_.world_.solved_, *before);
     return {};
   }
 

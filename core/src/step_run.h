@@ -157,6 +157,9 @@ class StepRun {
   // At the points of the pairs of `changed` alone unless it is null.
   void FillRelativeVelocities(const RowMarks* changed);
   void PrepareContacts(double h);
+  void RoughenSliding(ContactPair& pair, double h);
+  // What the last solve left of the pair, or null.
+  const ContactPair* SolvedBefore(const ContactPair& pair) const;
   double IntervalOf(const ContactPair& pair, double h) const;
   void ShareImpulses(double h);
   void NoteUneven(const ContactPair& pair, double h);
