@@ -179,8 +179,11 @@ class JointStep {
   bool MayBeSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   const JointBody& BodyAt(EntityRow side) const;
-  // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns.
-  double BendAt(const JointRow& row, double h) const;
+  // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns:
+  // of the row at `index`.
+  double BendAt(std::span<const JointRow> rows, size_t index, double h) const;
+  // Of that, because the line between two points turns.
+  double BendOfLine(const JointRow& row, size_t index, double h) const;
   // Those of a joint that say where its point is.
   static bool BendsAlike(const JointRow& a, const JointRow& b);
   // Whether a row is aimed at more than the bend of its way.

@@ -35,7 +35,8 @@ bool JointStep::BendsAlike(const JointRow& a, const JointRow& b) {
   return a.kind == b.kind && a.a == b.a && a.b == b.b && a.point == b.point;
 }
 
-double JointStep::BendAt(const JointRow& row, double h) const {
+double JointStep::BendAt(std::span<const JointRow> rows, size_t index, double h) const {
+  const JointRow& row = rows[index];
   double bend = 0;
   for (const EntityRow side : {row.a, row.b}) {
     if (side == kWorldRow) continue;
@@ -43,7 +44,22 @@ double JointStep::BendAt(const JointRow& row, double h) const {
     const double arm = row.kind == JointRow::Kind::kLinear ? (row.point - body.center).norm() : 1;
     bend += body.angular_given.squaredNorm() * arm * h / 2;
   }
-  return bend;
+  return bend + BendOfLine(row, index, h);
+}
+
+// The line between two points turns with whatever goes across it, however slowly bodies turn: v^2 / d.
+double JointStep::BendOfLine(const JointRow& row, size_t index, double h) const {
+  // Behind the rows of joints are others, of no joint.
+  if (index >= owners_.size()) return 0;
+  const Held& held = held_[owners_[index]];
+  const JointDesc& desc = scene_.joints[held.slot]->desc;
+  if (!std::holds_alternative<DistanceJoint>(desc.kind)) return 0;
+  const JointBody& a = bodies_[held.a];
+  const Vector3 from = JointSide::Now(a, *desc.frame_in_a).frame.position;
+  const Vector3 across = row.axis.cross(bodies_[held.b].GivenAt(row.point) - a.GivenAt(from));
+  const double speed = across.norm(), distance = (row.point - from).norm();
+  // Who comes round faster is not followed, and nothing is explained by it.
+  return speed * h <= kResolvedTurn * distance ? speed * speed / distance * h / 2 : 0;
 }
 
 // An error that is larger than the bend that lies ahead is of no turn that was followed.
@@ -51,7 +67,7 @@ bool JointStep::MakesUpForMuch(std::span<const JointRow> rows, std::span<const u
   double bend = 0;
   for (size_t i = 0; i < mine.size(); ++i) {
     const JointRow& row = rows[mine[i]];
-    if (i == 0 || !BendsAlike(rows[mine[i - 1]], row)) bend = BendAt(row, h);
+    if (i == 0 || !BendsAlike(rows[mine[i - 1]], row)) bend = BendAt(rows, mine[i], h);
     if (std::abs(row.target - QuietTarget(row)) > kMuch * bend + kLeastMuch) return true;
   }
   return false;
@@ -95,7 +111,7 @@ double JointStep::Aim(std::span<const uint32_t> mine, double h, std::vector<Join
     for (size_t k = 0; i < mine.size() && mine[i] < owners_.size() && owners_[mine[i]] == owner; ++i, ++k) {
       JointRow& row = rows[mine[i]];
       if (k >= aimed_.size() || row.is_driven) continue;
-      if (k == 0 || !BendsAlike(aimed_[k - 1], row)) bend = BendAt(row, h);
+      if (k == 0 || !BendsAlike(aimed_[k - 1], row)) bend = BendAt(rows, mine[i], h);
       most = std::max(most, std::abs(aimed_[k].target - row.target) / (bend + kLeastBend));
       row.target = aimed_[k].target;
     }

@@ -150,12 +150,13 @@ void JointStep::BoundWaits(double h, std::span<const JointRow> rows, std::span<S
   };
   // By island, along and about.
   std::vector<std::array<Errors, 2>> errors(energies.size());
-  for (const JointRow& row : rows) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const JointRow& row = rows[i];
     const uint32_t island = islands_.IslandOf(row.a, row.b);
     if (island == Islands::kNone || !energies[island].is_layers) continue;
     auto& [wait, made] = errors[island][row.kind == JointRow::Kind::kLinear ? 0 : 1];
     wait = std::max(wait, std::abs(row.target - QuietTarget(row)));
-    made = std::max(made, BendAt(row, h));
+    made = std::max(made, BendAt(rows, i, h));
   }
   for (size_t island = 0; island < errors.size(); ++island) {
     for (const auto& [wait, made] : errors[island]) {
@@ -219,7 +220,9 @@ void JointStep::AllowWork(double h, std::span<const JointRow> rows, std::span<So
     const uint32_t island = islands_.IslandOf(row.a, row.b);
     if (island == Islands::kNone) continue;
     const auto is_another_point = [&] { return i == 0 || !BendsAlike(rows[i - 1], row); };
-    if (may_jolt_ && row.kind == JointRow::Kind::kLinear && is_another_point()) energies[island].bend += BendAt(row, h);
+    if (may_jolt_ && row.kind == JointRow::Kind::kLinear && is_another_point()) {
+      energies[island].bend += BendAt(rows, i, h);
+    }
     if (!row.is_driven) {
       energies[island].allowed += row.repair;
       continue;

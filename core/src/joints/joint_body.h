@@ -45,6 +45,7 @@ struct JointBody {
 
   bool is_movable() const { return inverse_mass > 0; }
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }
+  Vector3 GivenAt(const Vector3& point) const { return linear_given + angular_given.cross(point - center); }
   Vector3 BeforeAt(const Vector3& point) const { return linear_before + angular_before.cross(point - center); }
   Vector3 ExpectedAt(const Vector3& point) const { return linear_expected + angular_expected.cross(point - center); }
 
