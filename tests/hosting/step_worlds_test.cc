@@ -1,9 +1,11 @@
-// Which replies of StepWorlds come together, and how long the first waits for the others.
+// Which replies of StepWorlds come together, how long the first waits for the others, and how many wait for a client.
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <deque>
 #include <future>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,7 +21,7 @@ constexpr std::chrono::seconds kLong{20};
 // A call to worlds that answer when they are told to.
 class Call {
  public:
-  explicit Call(size_t worlds) : worlds_(worlds) {
+  explicit Call(size_t worlds) {
     call_ = std::make_shared<StepWorldsCall>(
         std::vector<Bytes>(worlds), WorkerPool::Clock::now() + 2 * kLong, pool_,
         [this](const WorldCall&, Reply reply) { replies_.push_back(std::move(reply)); });
@@ -27,13 +29,18 @@ class Call {
   }
   ~Call() {
     call_->Cancel();
-    Answer(worlds_ - answered_);
+    Answer(begun() - answered_);
   }
 
-  // The next `count` worlds answer.
-  void Answer(size_t count) {
-    for (; count > 0; --count) replies_[answered_++](EncodedMessage{});
+  // The next `count` worlds answer, each with so many bytes. A world that begins meanwhile is one of them.
+  void Answer(size_t count, size_t bytes = 0) {
+    for (; count > 0; --count) replies_[answered_++](EncodedMessage{MakeBytes(std::string(bytes, 'x'))});
   }
+  // All answer that have begun, and those that begin by that.
+  void AnswerAll(size_t bytes) {
+    while (answered_ < begun()) Answer(1, bytes);
+  }
+  size_t begun() const { return replies_.size(); }
 
   // How many replies the next message has; it is asked for now.
   std::future<int> Next() {
@@ -47,9 +54,8 @@ class Call {
   }
 
  private:
-  const size_t worlds_;
   WorkerPool pool_{1};
-  std::vector<Reply> replies_;
+  std::deque<Reply> replies_;
   size_t answered_ = 0;
   std::shared_ptr<StepWorldsCall> call_;
 };
@@ -77,6 +83,59 @@ TEST(StepWorldsCall, DoesNotWaitOnceAllHaveAnswered) {
   call.Answer(3);
   // At once, on this thread.
   EXPECT_EQ(call.Next().wait_for(std::chrono::seconds(0)), std::future_status::ready);
+}
+
+TEST(StepWorldsCall, GoesOnWhileItIsReadAndHoldsFewRepliesThatNobodyReads) {
+  Call call(100);
+  call.AnswerAll(10);
+  EXPECT_EQ(call.begun(), StepWorldsCall::kWithWorldsMax) << "nobody has asked for any";
+
+  std::future<int> read = call.Next();
+  for (size_t begun = 0; begun != call.begun();) {
+    begun = call.begun();
+    call.AnswerAll(10);
+    // One message is with a client that does not come back for the next.
+    ASSERT_EQ(read.wait_for(kLong), std::future_status::ready);
+  }
+  int told = read.get();
+  EXPECT_LE(call.begun(), told + StepWorldsCall::kWithWorldsMax);
+
+  while (told < 100) {
+    read = call.Next();
+    call.AnswerAll(10);
+    ASSERT_EQ(read.wait_for(kLong), std::future_status::ready);
+    told += read.get();
+  }
+  EXPECT_EQ(told, 100);
+}
+
+TEST(StepWorldsCall, HoldsFewBytesThatNobodyReads) {
+  constexpr size_t kBytes = StepWorldsCall::kMessageBytesMax;
+  constexpr int kHeld = StepWorldsCall::kUnsentBytesMax / kBytes;
+  Call call(30);
+  std::future<int> first = call.Next();
+  call.AnswerAll(kBytes);
+  EXPECT_EQ(first.get(), 1);
+  EXPECT_LE(call.begun(), 1 + kHeld);
+
+  for (int told = 1; told < 30; ++told) {
+    std::future<int> next = call.Next();
+    ASSERT_EQ(next.wait_for(kLong), std::future_status::ready) << told;
+    EXPECT_EQ(next.get(), 1);
+    call.AnswerAll(kBytes);
+    EXPECT_LE(call.begun(), 1u + told + kHeld);
+  }
+}
+
+TEST(StepWorldsCall, SendsRepliesThatAreLargerThanAllThatMayWait) {
+  Call call(3);
+  for (int told = 0; told < 3; ++told) {
+    std::future<int> next = call.Next();
+    ASSERT_LT(static_cast<size_t>(told), call.begun());
+    call.Answer(1, StepWorldsCall::kUnsentBytesMax + 1);
+    ASSERT_EQ(next.wait_for(kLong), std::future_status::ready);
+    EXPECT_EQ(next.get(), 1);
+  }
 }
 
 }  // namespace

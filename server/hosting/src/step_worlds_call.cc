@@ -1,5 +1,6 @@
 #include "genphys/hosting/step_worlds_call.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -26,12 +27,21 @@ EncodedMessage EncodeResult(size_t index, const Result<EncodedMessage>& outcome)
 
 }  // namespace
 
+bool StepWorldsCall::MayBegin() const {
+  if (cancelled_ || begun_ == requests_.size()) return false;
+  const size_t held = with_worlds_ + (receiver_ ? 0 : unsent_.size());
+  if (held >= std::max<size_t>(kWithWorldsMax, 2 * pool_.threads())) return false;
+  if (unsent_bytes_ + (with_worlds_ + 1) * largest_bytes_ <= kUnsentBytesMax) return true;
+  // Replies that are larger would otherwise come one at a time.
+  const bool is_read = receiver_ || unsent_.empty();
+  return is_read && unsent_bytes_ < kUnsentBytesMax && with_worlds_ < pool_.threads();
+}
+
 void StepWorldsCall::BeginMore() {
   std::unique_lock lock(mutex_);
   // A world may answer before it returns, which then only leaves word.
   if (std::exchange(beginning_, true)) return;
-  while (!cancelled_ && begun_ < requests_.size() && with_worlds_ + unsent_.size() < kUnderWayMax &&
-         unsent_bytes_ < kUnsentBytesMax) {
+  while (MayBegin()) {
     const size_t index = begun_++;
     ++with_worlds_;
     WorldCall call{.method = WorldMethod::kStep,
@@ -51,7 +61,9 @@ void StepWorldsCall::Finish(size_t index, const Result<EncodedMessage>& outcome)
   EncodedMessage result = EncodeResult(index, outcome);
   std::unique_lock lock(mutex_);
   --with_worlds_;
-  unsent_bytes_ += SizeOf(result);
+  const size_t bytes = SizeOf(result);
+  unsent_bytes_ += bytes;
+  largest_bytes_ = answered_++ == 0 ? bytes : std::max(largest_bytes_, bytes);
   unsent_.push_back(std::move(result));
   Deliver(lock);
   BeginMore();

@@ -18,10 +18,12 @@ namespace genphys {
 /// It holds little, however many worlds there are and however slowly the client reads: see the bounds. Thread-safe.
 class StepWorldsCall final : public Subscription, public std::enable_shared_from_this<StepWorldsCall> {
  public:
-  /// Requests that are with their worlds, or whose replies were not sent; the others wait.
-  static constexpr size_t kUnderWayMax = 64;
-  /// While replies that were not sent have so many bytes, no other request goes to its world.
-  static constexpr size_t kUnsentBytesMax = 16 << 20;
+  /// So many requests, or twice as many as the pool has threads, are with their worlds; the others wait. While nobody
+  /// waits for the next message, replies that were not sent count among them: who does not read need not be ahead.
+  static constexpr size_t kWithWorldsMax = 16;
+  /// No request goes to its world that would bring replies that were not sent beyond so many bytes, if all that are to
+  /// come are as large as the largest so far. As many as the pool has threads go all the same while they are read.
+  static constexpr size_t kUnsentBytesMax = 4 << 20;
   /// A message ends with the reply that reaches this size, so that it stays below what gRPC clients accept by default.
   static constexpr size_t kMessageBytesMax = 1 << 20;
   /// Between two messages, unless so many replies wait or none is to come: each message wakes the client, who on the
@@ -45,6 +47,7 @@ class StepWorldsCall final : public Subscription, public std::enable_shared_from
   void BeginMore();
   void Finish(size_t index, const Result<EncodedMessage>& outcome);
   void Deliver(std::unique_lock<std::mutex>& lock);
+  bool MayBegin() const;
   bool IsDone() const { return begun_ == requests_.size() && with_worlds_ == 0; }
   bool IsTimeToSend();
   EncodedMessage TakeMessage();
@@ -60,6 +63,8 @@ class StepWorldsCall final : public Subscription, public std::enable_shared_from
   size_t with_worlds_ = 0;
   std::deque<EncodedMessage> unsent_;
   size_t unsent_bytes_ = 0;
+  size_t answered_ = 0;
+  size_t largest_bytes_ = kMessageBytesMax;  // of replies so far; a guess before the first
   WorkerPool::Clock::time_point last_sent_ = WorkerPool::Clock::now();
   bool is_timed_ = false;  // the pool will look again
   Receiver receiver_;      // set: somebody waits
