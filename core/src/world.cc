@@ -251,6 +251,9 @@ void World::TellPose(EntityRow row) {
 
 void World::Wake(EntityRow row) {
   if (!state_.asleep[Index(row)] || layer_.faulted[Index(row)]) return;
+  HalfStep& half = layer_.half_steps[Index(row)];
+  // Most are held by something, or they would not have slept; whether that still does, the next solve tells.
+  const bool floats = half.in_flight && layer_.last_touches[Index(row)].empty() && joint_index_.Of(row).empty();
   if (undo_ != nullptr) {
     undo_->Keep(row);
     undo_->KeepTouches(row, std::move(layer_.last_touches[Index(row)]));
@@ -258,9 +261,8 @@ void World::Wake(EntityRow row) {
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();
-  // Something held it, or it would not have slept; whether that still does, the next solve tells.
-  layer_.half_steps[Index(row)].in_flight = false;
-  layer_.half_steps[Index(row)].is_woken = true;
+  half.in_flight = floats;
+  half.is_woken = !floats;
   UpdateActive(row);
   roused_.push_back(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);
