@@ -53,6 +53,7 @@ class Groups {
     for (const Blow& blow : blows) {
       if (is_movable(blow.body_a) && is_movable(blow.body_b)) sets_.Join(blow.body_a, blow.body_b);
     }
+    order_.reserve(blows.size());
     for (uint32_t i = 0; i < blows.size(); ++i) {
       const Blow& blow = blows[i];
       order_.emplace_back(sets_.Find(is_movable(blow.body_a) ? blow.body_a : blow.body_b), i);

@@ -24,6 +24,8 @@ constexpr double kFreshDepth = 1.5;
 constexpr double kSameTime = 0.05;
 // More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
 constexpr size_t kRefinedMax = 8;
+// Where most pairs meet: memory for so many is asked for at once.
+constexpr size_t kMostPoints = 4;
 
 }  // namespace
 
@@ -77,6 +79,8 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   CollectStruck(contacts);
   blows_.clear();
   blow_pairs_.clear();
+  blows_.reserve(kMostPoints * candidates_.size());
+  blow_pairs_.reserve(blows_.capacity());
   for (const Candidate& candidate : candidates_) AddBlows(contacts, candidate);
   if (!blows_.empty()) AddSupportBlows();
   if (!blows_.empty()) {
@@ -239,6 +243,7 @@ void Impacts::AddStruck(EntityRow row, const Candidate& candidate) {
 
 void Impacts::CollectStruck(const ContactBuffer& contacts) {
   struck_.clear();
+  struck_.reserve(2 * candidates_.size());
   bodies_.clear();
   for (const Candidate& candidate : candidates_) {
     AddStruck(candidate.pair.entity_a, candidate);
@@ -246,6 +251,7 @@ void Impacts::CollectStruck(const ContactBuffer& contacts) {
   }
   TieStruck();
   AddSupports(contacts);
+  bodies_.reserve(struck_.size());
   for (const Struck& struck : struck_) {
     StruckBody& body = bodies_.emplace_back(struck.motion.BodyBefore(struck.time));
     if (struck.motion.is_movable()) HoldLocked(struck.row, body);
@@ -284,6 +290,7 @@ void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate
 
 void Impacts::Separate() {
   approaches_.clear();
+  approaches_.reserve(blows_.size());
   for (size_t i = 0; i < blows_.size(); ++i) {
     Blow& blow = blows_[i];
     const MixedMaterial& material = blow_pairs_[i]->pair.material;
@@ -302,6 +309,7 @@ void Impacts::Separate() {
 // How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.
 std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
+  ends.reserve(struck_.size());
   for (size_t i = 0; i < struck_.size(); ++i) {
     Struck& struck = struck_[i];
     ends.push_back(struck.motion.Coast(bodies_[i], struck.time));
@@ -313,6 +321,7 @@ std::vector<StruckBody> Impacts::RestOfStep() {
   }
   PushOn(ends);
   std::vector<Blow> supports;
+  supports.reserve(blows_.size());
   for (size_t i = 0; i < blows_.size(); ++i) {
     const ContactPair& pair = blow_pairs_[i]->pair;
     const double leaving = RelativeVelocity(blows_[i], bodies_).dot(blows_[i].normal);

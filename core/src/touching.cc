@@ -28,7 +28,9 @@ TouchingPair StepTouches::PairOf(const ContactPair& pair) const {
 
 void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair,
                           std::vector<EventContactPoint>& points) const {
-  for (const ContactPoint& p : genphys::PointsOf(contacts, pair)) {
+  const std::span<const ContactPoint> found = genphys::PointsOf(contacts, pair);
+  if (points.empty()) points.reserve(found.size());
+  for (const ContactPoint& p : found) {
     if (p.depth < kTouchingDepth && !(p.normal_impulse > 0)) continue;
     points.push_back({p.position, p.normal, p.depth, p.normal_impulse, p.friction_impulse, p.relative_velocity,
                       pair.material.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
