@@ -121,5 +121,45 @@ TEST_F(FramesOfAWorld, AreNotEncodedForViewersWhoDoNotComeBack) {
   EXPECT_LT(shown, kViewers / 4 * encoded);
 }
 
+// Whoever comes while its next frame is being made takes what was kept for it: what follows is against that.
+TEST_F(FramesOfAWorld, AreAgainstTheKeyframeThatTheViewerWasSentLast) {
+  const auto place = [&](double x, double others) {
+    std::vector<Command> commands;
+    for (size_t i = 0; i < 3; ++i) {
+      commands.push_back(SetPose{.id = balls_[i], .position = Vector3(i == 0 ? x : others, 0, 0)});
+    }
+    for (const Command& command : commands) testing::Do(*world_, command);
+    keyframes_.FollowCommands(*world_, commands);
+    ++stamp_.step;
+    hub_->Publish(*world_, stamp_, keyframes_);
+  };
+  place(0, 0);
+  const auto witness = Watch(Wanted(balls_.size() - 1), 1);
+  Next(*witness);
+  v1::FrameRequest wanted = Wanted(balls_.size() - 3);
+  wanted.set_deltas(true);
+  const auto view = Watch(wanted, 1);
+  const uint64_t first = Next(*view).keyframe_id();
+  std::vector<v1::Frame> frames;
+  const Subscription::Receiver receive = [&](Delivery delivery) {
+    v1::WatchFramesResponse response;
+    ASSERT_TRUE(response.ParseFromString(Joined(delivery.message.value_or(EncodedMessage()))));
+    frames.push_back(response.frame());
+  };
+
+  place(1, 1);  // all differ, so that a new keyframe waits for the viewer
+  Next(*witness);
+  // One differs from the first keyframe. The witness is told on this thread, before the viewer is.
+  witness->Next([&](const Delivery&) { view->Next(receive); });
+  place(2, 0);
+  view->Next(receive);
+
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_FALSE(frames[0].has_keyframe_step());
+  EXPECT_NE(frames[0].keyframe_id(), first);
+  EXPECT_EQ(frames[1].stamp().step(), stamp_.step);
+  EXPECT_TRUE(!frames[1].has_keyframe_step() || frames[1].keyframe_id() == frames[0].keyframe_id());
+}
+
 }  // namespace
 }  // namespace genphys

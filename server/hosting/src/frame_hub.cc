@@ -64,21 +64,29 @@ FrameHub::Orders FrameHub::TakeOrders(const World& world, const Stamp& stamp, bo
 }
 
 void FrameHub::Deliver(const World& world, const Stamp& stamp, Keyframes& keyframes, bool is_new) {
-  const Orders orders = TakeOrders(world, stamp, is_new);
+  Orders orders = TakeOrders(world, stamp, is_new);
   if (orders.frames.empty() && orders.keepers.empty()) return;
   // Layouts stay where they are until the world comes here again, and only it reads and writes what is used of them
   // here.
   v1::WorldStamp encoded_stamp;
   stamp.Encode(&encoded_stamp);
-  for (const Orders::Frames& order : orders.frames) {
-    for (const auto& [base, takers] : order.takers) {
+  for (Orders::Frames& order : orders.frames) {
+    while (!order.takers.empty()) {
+      const auto [base, takers] = *order.takers.begin();
+      order.takers.erase(order.takers.begin());
       const Keyframes::Encoded frame = keyframes.Encode(world, *order.layout->request, encoded_stamp, base);
+      const bool is_delta = base != 0 && frame.keyframe_id == base;
       const size_t bytes = SizeOf(frame.frame);
       std::vector<std::function<void()>> deliveries;
       {
         const std::lock_guard lock(mutex_);
         for (const auto& viewer : takers) {
-          if (auto delivery = viewer->Take(frame)) deliveries.push_back(std::move(delivery));
+          if (is_delta && viewer->keyframe_ != base) {
+            // It has come for what was kept for it meanwhile, which was another keyframe.
+            order.takers[viewer->keyframe_].push_back(viewer);
+          } else if (auto delivery = viewer->Take(frame)) {
+            deliveries.push_back(std::move(delivery));
+          }
         }
       }
       Send(std::move(deliveries), bytes);
