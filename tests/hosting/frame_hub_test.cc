@@ -157,7 +157,9 @@ TEST_F(FramesOfAWorld, AreAgainstTheKeyframeThatTheViewerWasSentLast) {
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_FALSE(frames[0].has_keyframe_step());
   EXPECT_NE(frames[0].keyframe_id(), first);
+  EXPECT_EQ(frames[0].skipped_frames(), 0u);
   EXPECT_EQ(frames[1].stamp().step(), stamp_.step);
+  EXPECT_EQ(frames[1].skipped_frames(), 0u);
   EXPECT_TRUE(!frames[1].has_keyframe_step() || frames[1].keyframe_id() == frames[0].keyframe_id());
 }
 

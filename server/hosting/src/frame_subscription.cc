@@ -107,6 +107,7 @@ FrameSubscription::Need FrameSubscription::Offer(uint64_t step, bool is_cheap) {
 std::function<void()> FrameSubscription::Take(const Keyframes::Encoded& frame) {
   newest_ = frame;
   state_.reset();
+  frames_kept_ = frames_due_;
   wants_current_ = false;
   return receiver_ ? HandOn() : nullptr;
 }
@@ -114,14 +115,15 @@ std::function<void()> FrameSubscription::Take(const Keyframes::Encoded& frame) {
 std::function<void()> FrameSubscription::Keep(std::shared_ptr<KeptState> state) {
   newest_.reset();
   state_ = std::move(state);
+  frames_kept_ = frames_due_;
   wants_current_ = false;
   return receiver_ ? HandOn() : nullptr;
 }
 
 std::function<void()> FrameSubscription::HandOn() {
   // The first frame is that of the present, which was not due for anybody.
-  const uint64_t skipped = frames_due_ - std::min(frames_due_, frames_seen_ + 1);
-  frames_seen_ = frames_due_;
+  const uint64_t skipped = frames_kept_ - std::min(frames_kept_, frames_seen_ + 1);
+  frames_seen_ = frames_kept_;
   Receiver receiver = std::exchange(receiver_, nullptr);
   if (state_ != nullptr) {
     return [receiver = std::move(receiver), state = std::exchange(state_, nullptr), wanted = wanted_, skipped] {

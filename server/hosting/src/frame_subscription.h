@@ -54,6 +54,7 @@ class FrameSubscription final : public Subscription, public std::enable_shared_f
   std::optional<Keyframes::Encoded> newest_;
   std::shared_ptr<KeptState> state_;
   uint64_t frames_due_ = 0;   // since it joined
+  uint64_t frames_kept_ = 0;  // of those: up to the one that was made last, where another may be under way
   uint64_t frames_seen_ = 0;  // of those: seen or replaced by a newer one
 };
 
