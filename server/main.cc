@@ -1,4 +1,5 @@
 // genphysd: reads the command line, runs the server, and stops it when it is told to.
+#include <google/protobuf/stubs/logging.h>
 #include <grpc/support/log.h>
 #include <poll.h>
 #include <signal.h>
@@ -82,6 +83,12 @@ void LogToStandardError(const std::string& level) {
     const bool is_error = args->severity == GPR_LOG_SEVERITY_ERROR;
     spdlog::log(is_error ? spdlog::level::debug : spdlog::level::trace, "grpc: {}", args->message);
   });
+  // So does protobuf of text that is no UTF-8, which every client may send as often as it likes.
+  google::protobuf::SetLogHandler(
+      [](google::protobuf::LogLevel severity, const char*, int, const std::string& message) {
+        const bool is_fatal = severity == google::protobuf::LOGLEVEL_FATAL;
+        spdlog::log(is_fatal ? spdlog::level::critical : spdlog::level::debug, "protobuf: {}", message);
+      });
 }
 
 // Signals are waited for, in every thread, so they are blocked before there is more than one.

@@ -107,6 +107,24 @@ TEST(Genphysd, EndsWithItsParentWhenAsked) {
   EXPECT_EQ(process.Wait(), 0);
 }
 
+// Else whoever sends them fills the log.
+TEST(Genphysd, LogsNothingOfBytesThatItRefuses) {
+  ServerProcess process({"--listen", "127.0.0.1:0", "--log-level", "warning"});
+  {
+    const auto channel = grpc::CreateChannel(AddressOf(process), grpc::InsecureChannelCredentials());
+    for (const std::string bytes : {"\x0a\x0a\x0a\x08worlds/\xff", "\x12\x02\xff\xfe", "\x0a\x04\x0a\x7f"}) {
+      std::string reply;
+      const grpc::Status status = CallRaw(channel, "/genphys.v1.WorldService/CreateWorld", bytes, &reply);
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    }
+  }
+
+  process.Signal(SIGTERM);
+
+  EXPECT_EQ(process.Wait(), 0);
+  EXPECT_EQ(process.ReadErrors(), "");
+}
+
 TEST(Genphysd, EndsStreamsAndLongCallsOnASignalAndExitsWellInTime) {
   ServerProcess process({"--listen", "127.0.0.1:0"});
   const auto channel = grpc::CreateChannel(AddressOf(process), grpc::InsecureChannelCredentials());
