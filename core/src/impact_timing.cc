@@ -65,11 +65,25 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   if (!rewinds_ || !(world_.active[Index(pair.entity_a)] || world_.active[Index(pair.entity_b)])) return false;
   EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   if (entities.b < entities.a) std::swap(entities.a, entities.b);
-  const std::vector<TouchingPair>& touching = world_.layer.touching;
-  const auto known = std::lower_bound(touching.begin(), touching.end(), entities,
-                                      [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; });
-  if (known == touching.end() || known->pair != entities) return true;
+  if (!WereTouching(entities)) return true;
   return pair.material.restitution > 0 && !WerePressed(entities);
+}
+
+// When the step began. Most are asked for in the order in which they are listed: each is looked for from the last one
+// on, in leaps that grow.
+bool Impacts::WereTouching(const EntityPair& entities) const {
+  const std::vector<TouchingPair>& touching = world_.layer.touching;
+  const auto is_before = [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; };
+  auto from = touching.begin() + static_cast<std::ptrdiff_t>(std::min(last_touching_, touching.size()));
+  if (from != touching.begin() && !is_before(from[-1], entities)) from = touching.begin();
+  auto to = from;
+  for (std::ptrdiff_t leap = 1; to != touching.end() && is_before(*to, entities); leap *= 2) {
+    from = to + 1;
+    to += std::min(leap, touching.end() - to);
+  }
+  const auto known = std::lower_bound(from, to, entities, is_before);
+  last_touching_ = static_cast<size_t>(known - touching.begin());
+  return known != touching.end() && known->pair == entities;
 }
 
 // Against each other, in the last solve.

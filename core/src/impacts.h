@@ -163,6 +163,7 @@ class Impacts {
   std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
+  bool WereTouching(const EntityPair& entities) const;
   bool WerePressed(const EntityPair& entities) const;
   double FreeSince(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
@@ -251,6 +252,7 @@ class Impacts {
   std::vector<uint32_t> bearing_order_;  // of bearings_, by row of who is borne
   bool knows_bearings_ = false;
   int solves_ = 0;
+  mutable size_t last_touching_ = 0;  // place of who was looked for last, among those that touch
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_
   std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them
