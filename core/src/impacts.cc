@@ -27,11 +27,12 @@ constexpr size_t kRefinedMax = 8;
 // Where most pairs meet: memory for so many is asked for at once.
 constexpr size_t kMostPoints = 4;
 
-}  // namespace
-
+// The Coulomb coefficient where surfaces slip at `speed`, m/s: at rest or while sliding.
 double FrictionAt(const MixedMaterial& material, double speed) {
   return speed > kSlidingSpeed ? material.kinetic_friction : material.friction;
 }
+
+}  // namespace
 
 bool ImpactSpeed::IsInFlight(EntityRow row) const {
   return !world_.active[Index(row)] || world_.layer.half_steps[Index(row)].in_flight;

@@ -42,9 +42,6 @@ class ImpactSpeed {
 /// m/s: what slips faster slides, whatever else is known of it.
 inline constexpr double kSlidingSpeed = 1e-2;
 
-/// The Coulomb coefficient where surfaces slip at `speed`, m/s: at rest or while sliding.
-double FrictionAt(const MixedMaterial& material, double speed);
-
 /// A pair that one body flew into, maybe out of again, since the substep began.
 struct SweptPair {
   EntityRow entity_a{};  // as in a ContactPair

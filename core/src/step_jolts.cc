@@ -2,7 +2,6 @@
 // it goes on, and whoever passes it on gets of it what the others give: what each contact owes, it owes to both of its
 // two, or momentum would come or go.
 #include <algorithm>
-#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
