@@ -1,7 +1,6 @@
 // When two met: they are taken back along their ways to where they just touch.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 
 #include "contact_points.h"
@@ -69,21 +68,10 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   return pair.material.restitution > 0 && !WerePressed(entities);
 }
 
-// When the step began. Most are asked for in the order in which they are listed: each is looked for from the last one
-// on, in leaps that grow.
+// When the step began.
 bool Impacts::WereTouching(const EntityPair& entities) const {
-  const std::vector<TouchingPair>& touching = world_.layer.touching;
-  const auto is_before = [](const TouchingPair& each, const EntityPair& p) { return each.pair < p; };
-  auto from = touching.begin() + static_cast<std::ptrdiff_t>(std::min(last_touching_, touching.size()));
-  if (from != touching.begin() && !is_before(from[-1], entities)) from = touching.begin();
-  auto to = from;
-  for (std::ptrdiff_t leap = 1; to != touching.end() && is_before(*to, entities); leap *= 2) {
-    from = to + 1;
-    to += std::min(leap, touching.end() - to);
-  }
-  const auto known = std::lower_bound(from, to, entities, is_before);
-  last_touching_ = static_cast<size_t>(known - touching.begin());
-  return known != touching.end() && known->pair == entities;
+  const auto known = touching_search_.LowerBound(world_.layer.touching, entities, &TouchingPair::pair);
+  return known != world_.layer.touching.end() && known->pair == entities;
 }
 
 // Against each other, in the last solve.
@@ -91,8 +79,12 @@ bool Impacts::WerePressed(const EntityPair& entities) const {
   const auto ids = [&](const ContactPair& pair) {
     return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   };
-  const auto pairs = std::ranges::equal_range(world_.solved.pairs, entities, std::less<>(), ids);
-  return std::ranges::any_of(pairs, [&](const ContactPair& pair) { return HasPressed(world_.solved, pair); });
+  const std::vector<ContactPair>& solved = world_.solved.pairs;
+  for (auto pair = solved_search_.LowerBound(solved, entities, ids); pair != solved.end(); ++pair) {
+    if (ids(*pair) != entities) return false;
+    if (HasPressed(world_.solved, *pair)) return true;
+  }
+  return false;
 }
 
 // How long before the end both were last hit, or the substep began: before that they did not go as they do now.

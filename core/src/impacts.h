@@ -10,6 +10,7 @@
 #include "impact_motion.h"
 #include "impact_world.h"
 #include "joint_step.h"
+#include "ordered_search.h"
 #include "spring_forces.h"
 #include "ties.h"
 
@@ -249,7 +250,8 @@ class Impacts {
   std::vector<uint32_t> bearing_order_;  // of bearings_, by row of who is borne
   bool knows_bearings_ = false;
   int solves_ = 0;
-  mutable size_t last_touching_ = 0;  // place of who was looked for last, among those that touch
+  mutable OrderedSearch touching_search_;
+  mutable OrderedSearch solved_search_;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_
   std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them

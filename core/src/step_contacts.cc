@@ -2,7 +2,6 @@
 // come.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <span>
 #include <utility>
@@ -48,8 +47,10 @@ const ContactPair* StepRun::SolvedBefore(const ContactPair& pair) const {
   const auto ids = [&](const ContactPair& each) {
     return EntityPair{state_.ids[Index(each.entity_a)], state_.ids[Index(each.entity_b)]};
   };
-  for (const ContactPair& each : std::ranges::equal_range(world_.solved_.pairs, ids(pair), std::less<>(), ids)) {
-    if (each.geometry_a == pair.geometry_a && each.geometry_b == pair.geometry_b) return &each;
+  const std::vector<ContactPair>& solved = world_.solved_.pairs;
+  for (auto each = solved_search_.LowerBound(solved, ids(pair), ids); each != solved.end(); ++each) {
+    if (each->geometry_a == pair.geometry_a && each->geometry_b == pair.geometry_b) return &*each;
+    if (ids(*each) != ids(pair)) break;
   }
   return nullptr;
 }

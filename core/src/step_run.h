@@ -12,6 +12,7 @@
 #include "joint_step.h"
 #include "locked_axes.h"
 #include "mover.h"
+#include "ordered_search.h"
 #include "step_scratch.h"
 #include "step_undo.h"
 #include "touching.h"
@@ -227,6 +228,7 @@ class StepRun {
   StepTouches touches_;
   JointStep& joints_;
   LockedBodies locked_;
+  mutable OrderedSearch solved_search_;
   std::vector<SweptPair> visits_;  // of sensors in this substep, by who was not stopped before
   std::vector<JointBroke> broken_;
   std::vector<EntityId> faulted_;
