@@ -223,25 +223,34 @@ double SwingAPendulum(const std::string& engine, uint64_t seed, const Pendulums&
 
 TEST_P(JointsEnergy, IsNotKeptByLettingGoOfPendulumsOfUnequalLinks) {
   Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointUniversal, Claim::kJointFixed});
-  // They are chaotic: of 3,000 some three are jerked open wider, others with each change of rounding, and 99 of 100
-  // come to no more than half. Half of them come to 0.0027, and to 0.0059 where what is followed turns by a constant
-  // spin.
+  // They are chaotic, and others open widest with each change of rounding: of 9,000 one comes to 1.03, 99 of 100 to no
+  // more than 0.34. Half of them come to 0.0027, and to 0.0059 where what is followed turns by a constant spin.
   std::vector<double> opened;
   for (uint64_t seed = 1; seed <= kChains; ++seed) {
     opened.push_back(SwingAPendulum(GetParam(), seed, {4, 1e3, 120, 480}));
   }
   std::ranges::sort(opened);
   EXPECT_LE(opened[kChains / 2], 0.004);
-  EXPECT_LE(opened[kChains * 99 / 100 - 1], 1);
+  EXPECT_LE(opened[kChains * 99 / 100 - 1], 0.6);
+  EXPECT_LE(opened.back(), 1.5);
+}
+
+// Of thousands those that were jerked open widest, up to 47 times as wide as turning makes a way, while what whips
+// round was followed however fast that came.
+TEST_P(JointsEnergy, IsNotKeptByLettingGoOfWhatWhips) {
+  Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointUniversal, Claim::kJointFixed});
+  EXPECT_LE(SwingAPendulum(GetParam(), 1071, {4, 1e3, 120, 480}), 1);
+  EXPECT_LE(SwingAPendulum(GetParam(), 1067, {3, 100, 120, 480}), 1);
+  EXPECT_LE(SwingAPendulum(GetParam(), 1236, {3, 100, 120, 480}), 1);
 }
 
 // Of thousands those that opened widest, by four to five times what turning makes of a way, while going on as in the
 // last substep was all that foretold it: what made up for an error turned who made the next one.
 TEST_P(JointsEnergy, IsNotKeptByLettingGoOfWhatIsTurnedByMakingUpForErrors) {
   Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointUniversal, Claim::kJointFixed});
-  EXPECT_LE(SwingAPendulum(GetParam(), 951, {3, 100, 120, 480}), 1);
-  EXPECT_LE(SwingAPendulum(GetParam(), 951, {3, 1e3, 60, 240}), 1);
-  EXPECT_LE(SwingAPendulum(GetParam(), 954, {3, 1e3, 60, 240}), 1);
+  EXPECT_LE(SwingAPendulum(GetParam(), 951, {3, 100, 120, 480}), 1.5);
+  EXPECT_LE(SwingAPendulum(GetParam(), 951, {3, 1e3, 60, 240}), 1.5);
+  EXPECT_LE(SwingAPendulum(GetParam(), 954, {3, 1e3, 60, 240}), 1.5);
 }
 
 // Links of 100 g that hang folded up, and 10 kg at the end.
