@@ -155,7 +155,6 @@ double StepRun::IntervalOf(const ContactPair& pair, double h) const {
 // what it got in less time than it was held.
 void StepRun::ShareImpulses(double h) {
   ContactBuffer& contacts = world_.contacts_;
-  scratch_.uneven.Clear();
   for (ContactPair& pair : contacts.pairs) {
     pair.owed = kOwed;
     if (pair.is_sensor || pair.interval == h) continue;

@@ -155,6 +155,11 @@ void StepRun::SolveLeftQuietly(double h, std::vector<JointRow>& rows, std::span<
   }
   if (left.empty()) return;
   std::ranges::sort(left);
+  for (const FrictionTurn& turn : scratch_.turns) {
+    for (const EntityRow row : {turn.a, turn.b}) {
+      if (std::ranges::binary_search(left, row)) KickTurned(turn, row);
+    }
+  }
   std::vector<JointRow> quiet;
   std::vector<size_t> places;
   for (size_t i = 0; i < rows.size(); ++i) {

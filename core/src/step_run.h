@@ -41,6 +41,7 @@ class StepRun {
 
   class Crowd;
   class Jolts;
+  class Turns;
 
   // A dynamic body that nothing can meet in this step.
   struct Flyer {
@@ -178,6 +179,14 @@ class StepRun {
   Vector3 RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
   Vector3 FlatBend(const ContactPair& pair, double h) const;
   void FindBends(double h);
+
+  // Friction that turns within a substep (step_turns.cc).
+  void FindTurns(double h);
+  void GiveTurns();
+  void KickTurned(const FrictionTurn& turn, EntityRow row);
+  void TakeTurns(double h);
+  void KeepTurns();
+  void ShiftTurned();
 
   // Energy of joints (step_energy.cc).
   bool IsMovedByOthers(EntityRow row) const;

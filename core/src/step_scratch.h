@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "field_forces.h"
@@ -11,18 +12,40 @@
 
 namespace genphys {
 
+/// A contact of which friction turns within a substep.
+struct FrictionTurn {
+  uint32_t point = 0;  // of ContactBuffer::points
+  EntityRow a{}, b{};
+  Vector3 at = Vector3::Zero();     // where that is given, m
+  Vector3 given = Vector3::Zero();  // N*s on b, by friction until then
+  double rest = 1;                  // the part of the time that is left for the solve
+  // N*s on b, in a substep as it is at the end of this one; as at the end of the solve if unknown.
+  std::optional<Vector3> since;
+  Vector3 slip_change = Vector3::Zero();  // m/s, until it has turned
+  double friction = 0;                    // the coefficient from then on
+  bool is_on_face = false;                // points beside each other keep it from rolling
+};
+
+/// By how much (m) something that turned is elsewhere than the velocity of the middle of the substep leads it.
+struct TurnShift {
+  EntityRow row{};
+  Vector3 way = Vector3::Zero();
+};
+
 /// What a step keeps by row while it runs. It stays with the world for its memory alone, and for what can be checked to
 /// be still right: a step that touches few of many entities must not pay for all of them.
 struct StepScratch {
   std::vector<Mover> movers;
   ContactBuffer solved_before;  // by the last solve of the step before
+  std::vector<FrictionTurn> turns;
+  std::vector<TurnShift> shifts;
 
   RowValues<Wrench> wrenches{Wrench{}};               // of commands
   RowValues<Wrench> field_wrenches{Wrench{}};         // of force fields
   RowValues<Wrench> samples{Wrench{}};                // of sampled forces of this step
   RowValues<Wrench> last_samples{Wrench{}};           // of the last one
   RowValues<Vector3> accelerations{Vector3::Zero()};  // from outside, m/s^2
-  RowValues<Wrench> uneven{Wrench{}};                 // N*s and N*m*s: see StepRun::ShareImpulses()
+  RowValues<Wrench> uneven{Wrench{}};                 // N*s and N*m*s: see StepRun::NoteUneven()
   std::vector<Vector3> bends;                         // by pair, m/s: how more its surfaces slip
   RowValues<double> drives{0};                        // m/s: see StepRun::FindDrives()
   RowValues<int> struck_index{-1};                    // of impacts

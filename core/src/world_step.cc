@@ -236,16 +236,20 @@ void StepRun::Substep(double h, double elapsed) {
   BeginMovers();
   joints_.Begin(h);
   GatherFields(h);
+  FindTurns(h);
   for (Mover& mover : movers_) KickMover(mover, h);
   RetireStrays();
   locked_.Begin(rows_);
   PrepareContacts(h);
+  GiveTurns();
   Mark("kick");
   Solve(h);
   Mark("solve");
   joints_.Take(h);
   scratch_.reached.Clear();
   joints_.FindReached(scratch_.reached);
+  scratch_.uneven.Clear();
+  TakeTurns(h);
   ShareImpulses(h);
   world_.engine_->WriteState(locked_.Finish(), state_);
   GatherForces();
@@ -253,12 +257,14 @@ void StepRun::Substep(double h, double elapsed) {
   is_anybody_jolted_ = false;
   for (Mover& mover : movers_) EndMover(mover, h);
   ShareJolts(h);
+  ShiftTurned();
   LeaveLimits(h);
   locked_.DropVelocities();
   MoveKinematic(h);
   world_.layer_.last_substep = h;
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
+  KeepTurns();
   undo_.KeepSolved();  // nothing between the solve and this can be over the budget
   std::swap(world_.contacts_, world_.solved_);
   for (EntityRow row : rows_) Place(row);

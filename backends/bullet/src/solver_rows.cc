@@ -160,7 +160,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   } else if (slides) {
     // In the middle of the step, which is of second order.
     along = sliding;
-  } else if (grip.is_on_ground) {
+  } else if (grip.is_on_ground && grip.load > 0) {
     // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
     // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
     // the last step, and against what would still slip if it did the same again.
