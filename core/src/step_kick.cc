@@ -138,13 +138,15 @@ Push StepRun::FieldPush(EntityRow row) const {
   return {wrench.force / world_.scene_.entities[Index(row)]->mass.mass, wrench.torque};
 }
 
-// What acts on it from outside, and whether that begins it anew.
+// What acts on it from outside, and whether that begins it anew, or something else did: a blow, or how it is made.
 void StepRun::TakeSteady(Mover& mover) {
   mover.steady = SteadyPush(mover.row);
   const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
   mover.beginning = Beginning::kNone;
   const double last = world_.layer_.last_substep;
-  if (half.restarts || half.in_flight || last == 0) return;
+  if (last == 0) return;
+  if (half.restarts) mover.beginning = Beginning::kMay;
+  if (half.restarts || half.in_flight) return;
   if (IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) &&
       IsSame(mover.steady.torque, half.steady_twist * (2 / last))) {
     return;

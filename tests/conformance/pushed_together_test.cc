@@ -1,5 +1,5 @@
-// A held force that begins or changes on one of several bodies that touch, or that joints hold, moves them all as if it
-// had acted on them together: from that step on, whenever it comes, and however often.
+// A held force that begins or changes on one of several bodies that touch, or that joints hold, or an impulse on one of
+// them, moves them all as if it had acted on them together: from that step on, whenever it comes, and however often.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -27,6 +27,7 @@ struct Group {
   bool is_row;
   size_t pushed;
   double floor_speed = 0;  // m/s
+  double speed = 0;        // m/s, over that, at which they begin
 
   double mass() const { return static_cast<double>(count) * (3 + static_cast<double>(count)) / 4; }
   /// N, at which they begin to slide.
@@ -53,8 +54,9 @@ class Pushed {
       const Vector3 half_extents = group.is_row ? Vector3(0.1, 0.1, 0.1) : Vector3(0.3, 0.3, 0.05);
       EntityDesc box = Body(Box{half_extents}, center, 1 + 0.5 * place);
       box.rigid_body->geometries[0].material.friction = own;
-      box.rigid_body->linear_velocity.x() = group.floor_speed;
+      box.rigid_body->linear_velocity.x() = group.floor_speed + group.speed;
       ids_.push_back(Add(*world_, box));
+      masses_.push_back(1 + 0.5 * place);
     }
     Steps(*world_, static_cast<int>(std::lround(rest / step_)));
     for (const EntityId id : ids_) from_.push_back(PositionOf(*world_, id).x());
@@ -72,6 +74,17 @@ class Pushed {
     }
     return most;
   }
+  void Strike(size_t which, double impulse) { Do(*world_, ApplyImpulse{.id = ids_[which], .linear = {impulse, 0, 0}}); }
+  void Go(int steps) { Steps(*world_, steps); }
+  /// m, that their centre of mass has gone.
+  double MeanWay() const {
+    double sum = 0, mass = 0;
+    for (size_t i = 0; i < ids_.size(); ++i) {
+      sum += masses_[i] * (PositionOf(*world_, ids_[i]).x() - from_[i]);
+      mass += masses_[i];
+    }
+    return sum / mass;
+  }
   /// m: what sweeps may leave of each at one solve, and what becomes of that.
   double Allowed() const { return 2 * static_cast<double>(ids_.size()) * kPushed * SweptSpeed(kGravity, step_); }
 
@@ -79,7 +92,8 @@ class Pushed {
   double step_;
   std::unique_ptr<World> world_;
   std::vector<EntityId> ids_;
-  std::vector<double> from_;  // m
+  std::vector<double> masses_;  // kg
+  std::vector<double> from_;    // m
 };
 
 TEST_P(PushedTogether, APushThatBeginsOnOneSetsAllOffAtOnce) {
@@ -150,6 +164,55 @@ TEST_P(PushedTogether, AForceThatTremblesShakesNoStack) {
     }
     EXPECT_LE(fastest, 2 * std::sqrt(3) * kForce * kStep) << "every " << every;  // each for itself: 4e-3
   }
+}
+
+// Whoever of them slips on the others, the floor brakes all.
+TEST_P(PushedTogether, ImpulsesOnOneAreThoseOnAll) {
+  Proves({Claim::kContacts, Claim::kKineticFriction});
+  constexpr double kRest = 0.1, kWhole = 0.4, kSpeed = 3;
+  for (const Group& group :
+       {Group{"two, the lower one", 2, false, 0, 0, kSpeed}, Group{"two, the upper one", 2, false, 1, 0, kSpeed},
+        Group{"three, the middle one", 3, false, 1, 0, kSpeed}}) {
+    for (const int rate : {30, 60, 240}) {
+      for (const int every : {1, 2, 5, 100}) {
+        Pushed pushed(GetParam(), rate, group, kRest);
+        double speed = kSpeed - kFriction * kGravity * kRest, way = 0;
+        for (int left = static_cast<int>(std::lround(kWhole * rate)); left > 0; left -= every) {
+          const int steps = std::min(every, left);
+          const double impulse = std::min(0.03 * every, 1.0), time = static_cast<double>(steps) / rate;
+          pushed.Strike(group.pushed, impulse);
+          pushed.Go(steps);
+          speed += impulse / group.mass();
+          way += speed * time - kFriction * kGravity * time * time / 2;
+          speed -= kFriction * kGravity * time;
+        }
+        // Each for itself, up to 4e-2.
+        EXPECT_NEAR(pushed.MeanWay(), way, pushed.Allowed()) << group.name << ", every " << every << ", 1/" << rate;
+      }
+    }
+  }
+}
+
+TEST_P(PushedTogether, ImpulsesThatTrembleShakeNoStack) {
+  Proves({Claim::kContacts, Claim::kStaticFriction});
+  constexpr double kStep = 1.0 / 60, kImpulse = 1e-4;  // N*s
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep}};
+  desc.default_material.friction = 0.5;
+  desc.default_auto_disable.enabled = false;
+  const auto world = testing::MakeWorld(desc);
+  Require(*world, Feature::kContacts);
+  std::vector<EntityId> stack;
+  for (int i = 0; i < 10; ++i) stack.push_back(Add(*world, Body(Box{{0.1, 0.1, 0.1}}, {0, 0, 0.1 + 0.2 * i}, 1)));
+  Steps(*world, 60);
+  Random random(3);
+  double fastest = 0;
+  for (int step = 0; step < 300; ++step) {
+    const auto part = [&] { return random.Uniform(-kImpulse, kImpulse); };
+    Do(*world, ApplyImpulse{.id = stack[5], .linear = {part(), part(), part()}});
+    Steps(*world, 1);
+    for (const EntityId id : stack) fastest = std::max(fastest, VelocityOf(*world, id).norm());
+  }
+  EXPECT_LE(fastest, 2 * std::sqrt(3) * kImpulse);  // each for itself: 1e-2
 }
 
 /// m: where the last of three rods that hang on each other is 0.5 s after it began to be pushed.
