@@ -146,6 +146,8 @@ void StepRun::TakeSteady(Mover& mover) {
   const double last = world_.layer_.last_substep;
   if (last == 0) return;
   if (half.restarts) mover.beginning = Beginning::kMay;
+  // What changed for one of a group changes what joints give all of them.
+  if (half.restarts && half.has_past && scratch_.jointed[mover.row]) mover.beginning = Beginning::kMust;
   if (half.restarts || half.in_flight) return;
   if (IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) &&
       IsSame(mover.steady.torque, half.steady_twist * (2 / last))) {
