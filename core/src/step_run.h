@@ -49,6 +49,17 @@ class StepRun {
     Vector3 acceleration = Vector3::Zero();
   };
 
+  // How what moves by itself goes in this step.
+  struct Course {
+    EntityRow row{};
+    // As told: m/s and rad/s, the mean of the step.
+    Vector3 linear = Vector3::Zero();
+    Vector3 angular = Vector3::Zero();
+    // By how much faster it is at the end of the step than at its beginning.
+    Vector3 gain = Vector3::Zero();
+    Vector3 twist = Vector3::Zero();
+  };
+
   void Advance();
   void RunEngine(uint32_t substeps);
   void CollectRows();
@@ -90,6 +101,11 @@ class StepRun {
   // Returns those whose way is over, who may be elsewhere now.
   std::vector<EntityId> StartPassages();
   bool Lead(EntityId id, Passage& passage);
+  void FindCourses();
+  // Whether it is led faster and faster, or slower, within this step.
+  bool ChangesCourse(EntityRow row) const;
+  void FollowCourses(double part);
+  void EndCourses();
 
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;
@@ -234,6 +250,7 @@ class StepRun {
   std::vector<Flyer> flyers_;
   FieldForces::Reach field_reach_;
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
+  std::vector<Course> courses_;            // of these
   StepTouches touches_;
   JointStep& joints_;
   LockedBodies locked_;

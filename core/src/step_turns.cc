@@ -92,7 +92,8 @@ class StepRun::Turns {
   }
 
   bool IsKnown(EntityRow row) const {
-    if (!run_.IsMoved(row)) return true;
+    // What is led shows how it goes in the middle of the coming substep, and others how they went in that of the last.
+    if (!run_.IsMoved(row)) return !run_.ChangesCourse(row);
     const HalfStep& half = run_.world_.layer_.half_steps[Index(row)];
     return half.has_past && !half.is_struck && !half.is_woken && !half.in_flight && half.Interval(last_, h_) == time_ &&
            !run_.scratch_.jointed[row] && !run_.world_.scene_.entities[Index(row)]->traits.is_locked;

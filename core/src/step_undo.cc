@@ -83,10 +83,11 @@ void StepUndo::PutBack(const Row& saved) {
   state.asleep[row] = saved.asleep;
   layer.faulted[row] = saved.faulted;
   layer.rest_times[row] = saved.rest_time;
-  layer.half_steps[row] = saved.half;
   // What an engine has solved is more exact than the columns made of it, which it need not be told.
   if (has_moved) world_.TellPose(saved.row);
   world_.UpdateActive(saved.row);
+  // Who is led is taken for one that stood still while that is put back.
+  layer.half_steps[row] = saved.half;
 }
 
 // Those as of the end of the step before, if nothing has changed since.

@@ -31,6 +31,7 @@ void World::StepAtRest(uint64_t count) {
   // One by one, for the time to be that of as many steps to the last bit.
   for (uint64_t i = 0; i < count; ++i) layer_.simulation_time += scene_.world.stepper.step_size;
   layer_.step += count;
+  if (count > 0) lately_active_.Clear();
 }
 
 StepRun::StepRun(World& world, double step_size)
@@ -171,13 +172,18 @@ void StepRun::Advance() {
 
 // What contacts, joints or command move, in the engine's lane.
 void StepRun::RunEngine(uint32_t substeps) {
+  FindCourses();
   if (!settled_) {
     PayReleased();
     RestartFallen();
     RestartCarried();
     ResolveImpacts(substep_, 0, false);
   }
-  for (uint32_t i = 0; i < substeps; ++i) Substep(substep_, i * substep_);
+  for (uint32_t i = 0; i < substeps; ++i) {
+    FollowCourses((i + 0.5) / substeps);
+    Substep(substep_, i * substep_);
+  }
+  EndCourses();
   FinishNetForces();
   FinishJoints();
 }
@@ -302,7 +308,6 @@ void StepRun::Solve(double h) {
 
 void StepRun::MoveKinematic(double h) {
   for (EntityRow row : kinematic_rows_) {
-    NoteLed(row);
     const Pose pose = state_.pose(row);
     state_.set_pose(row, {pose.position + h * state_.linear_velocities.col(Index(row)),
                           Turned(pose.orientation, state_.angular_velocities.col(Index(row)), h)});

@@ -1,0 +1,93 @@
+// Floors that are told a velocity, or a pose, for each step go smoothly through it where the last steps tell how, and
+// carry what lies on them as the course does of which they were told samples.
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+
+#include "conformance/engine_test.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(Courses, Claim::kKinematicPush);
+
+constexpr double kGravity = 9.81;
+constexpr double kFriction = 0.5;
+constexpr double kTime = 2;  // s
+
+/// Goes to and fro so that it begins and ends as smoothly as it turns.
+struct Course {
+  double acceleration_max;  // m/s^2
+  double rate = 3;          // rad/s
+
+  double At(double time) const {
+    const double speed = acceleration_max / rate;
+    return speed / 2 * (time - std::sin(2 * rate * time) / (2 * rate));
+  }
+};
+
+enum class Told { kPoses, kVelocities };
+
+class Carried {
+ public:
+  Carried(const std::string& engine, int rate) : step_(1.0 / rate) {
+    WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = step_}};
+    desc.ground_plane = false;
+    desc.default_material.friction = kFriction;
+    desc.default_auto_disable.enabled = false;
+    world_ = MakeWorld(desc);
+    Require(*world_, Feature::kContacts);
+    EntityDesc floor = Block(kFloor, {4, 4, 1});
+    floor.rigid_body->motion_type = MotionType::kKinematic;
+    floor_ = Add(*world_, floor);
+    load_ = Add(*world_, Body(Box{{0.2, 0.2, 0.1}}, {0, 0, 0.1}, 1));
+  }
+
+  /// m: how far the load is at most from where it lay on the floor.
+  double Lead(const Course& course, const Vector3& way, Told told) {
+    double most = 0;
+    for (int i = 0; i * step_ < kTime; ++i) {
+      const Vector3 there = course.At((i + 1) * step_) * way;
+      const Vector3 velocity = (there - course.At(i * step_) * way) / step_;
+      if (told == Told::kPoses) {
+        Do(*world_, SetPose{.id = floor_, .position = kFloor + there, .over_steps = 1});
+      } else {
+        Do(*world_, SetVelocity{.id = floor_, .linear = velocity});
+      }
+      Steps(*world_, 1);
+      EXPECT_LE((PositionOf(*world_, floor_) - kFloor - there).norm(), 1e-12);
+      EXPECT_LE((VelocityOf(*world_, floor_) - velocity).norm(), 1e-10) << "it is shown as it was told";
+      most = std::max(most, (PositionOf(*world_, load_) - Vector3(0, 0, 0.1) - there).norm());
+    }
+    return most;
+  }
+
+ private:
+  static inline const Vector3 kFloor{0, 0, -1};
+
+  double step_;
+  std::unique_ptr<World> world_;
+  EntityId floor_;
+  EntityId load_;
+};
+
+TEST_P(Courses, WhatLiesOnAFloorThatIsShakenGoesWithIt) {
+  Proves({Claim::kStaticFriction});
+  constexpr Course kCourse{.acceleration_max = 0.97 * kFriction * kGravity};
+  for (const Told told : {Told::kPoses, Told::kVelocities}) {
+    const double at_60 = Carried(GetParam(), 60).Lead(kCourse, Vector3::UnitX(), told);
+    EXPECT_LE(at_60, 1e-5);  // evenly through each step: 4e-3
+  }
+}
+
+TEST_P(Courses, WhatLiesOnALiftStaysOnItWhileThatFallsMoreSlowly) {
+  Proves({Claim::kContacts});
+  constexpr Course kCourse{.acceleration_max = 0.9 * kGravity};
+  for (const Told told : {Told::kPoses, Told::kVelocities}) {
+    EXPECT_LE(Carried(GetParam(), 60).Lead(kCourse, Vector3::UnitZ(), told), 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace genphys::testing
