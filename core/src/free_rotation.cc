@@ -9,8 +9,9 @@ namespace genphys {
 namespace {
 
 // Radians per inner step: with 0.25 the energy of the worst of 20 tumbling bodies (A5.any of bench/accuracy, 1/60 s)
-// was off by 4e-5 after 10 s, with this by 2e-6.
-constexpr double kAngleMax = 0.12;
+// was off by 4e-5 after 10 s, with this by 1e-6. With 0.12 two of 30 that turn by a tenth in each of 1e5 steps were off
+// by up to 1.7e-4, with this none of 60 by more than 6e-5.
+constexpr double kAngleMax = 0.1;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.
 constexpr double kNegligibleAngle = 1e-8;
 // Relative difference of moments that is no more than rounding.
