@@ -21,7 +21,8 @@ constexpr double kBearing = 0.2;
 
 }  // namespace
 
-void Impacts::NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) {
+// Whether the other one, or what nothing can move, bears a, and whether it bears b.
+std::pair<bool, bool> Impacts::BorneIn(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) const {
   Vector3 push = Vector3::Zero();  // on b
   for (const ContactPoint& point : PointsOf(contacts, pair)) {
     const bool touches = !has_pressed && point.depth >= kTouchingDepth;
@@ -36,6 +37,11 @@ void Impacts::NoteBearings(const ContactBuffer& contacts, const ContactPair& pai
     is_borne_a = up < -level;
     is_borne_b = up > level;
   }
+  return {is_borne_a, is_borne_b};
+}
+
+void Impacts::NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) {
+  const auto [is_borne_a, is_borne_b] = BorneIn(contacts, pair, has_pressed);
   if (is_borne_a) bearings_.push_back({pair.entity_a, pair.entity_b, pair});
   if (is_borne_b) bearings_.push_back({pair.entity_b, pair.entity_a, pair});
 }

@@ -21,13 +21,14 @@ void Impacts::FindStances(const ContactBuffer& contacts) {
     return wakes(candidate.pair.entity_a) || wakes(candidate.pair.entity_b);
   };
   if (std::ranges::none_of(candidates_, wakes_one)) return;
-  // No solve knows yet on what those lie that were woken just now.
+  // No solve knows yet on what those lie that were woken just now, nor whether a neighbour whom they touch presses.
   knows_bearings_ = false;
   const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
   for (const ContactPair& pair : contacts.pairs) {
     if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
     if (pair.is_sensor || speed_.IsStillFree(pair)) continue;
-    if (std::ranges::any_of(PointsOf(contacts, pair), touches)) NoteStance(pair);
+    if (std::ranges::none_of(PointsOf(contacts, pair), touches)) continue;
+    if (BorneIn(contacts, pair, false) != std::pair(false, false)) NoteStance(pair);
   }
 }
 

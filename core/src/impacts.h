@@ -199,6 +199,7 @@ class Impacts {
   const FlownWay* WayFromBlow(EntityRow row) const;
   // What bears them that lie among others (impact_passing.cc).
   void FindBearings(const ContactBuffer& contacts);
+  std::pair<bool, bool> BorneIn(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) const;
   void NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed);
   std::span<const uint32_t> BearingsOf(EntityRow row) const;
   bool IsPassedOn(const Candidate& candidate, EntityRow row) const;

@@ -96,6 +96,30 @@ TEST_P(Waking, WhatAJointTakesAlongDoesNotStopAtASleeperAsAtAWall) {
   }
 }
 
+// Neighbours that only stand beside it take nothing from the floor.
+TEST_P(Waking, WhoIsHitFromAboveAmongNeighboursStaysOnTheFloor) {
+  Require(*MakeWorld(), Feature::kContacts);
+  constexpr double kSpeed = 6, kDrop = 0.5;  // m/s and m
+  for (const size_t neighbours : {1, 2}) {
+    // It lands in one substep or another.
+    for (const double more : {0.0, 0.02, 0.04, 0.06, 0.08}) {
+      const Row row(GetParam(), std::vector<double>(neighbours, 0.0));
+      row.Sleep();
+      EntityDesc falling = Crate({0.2, 0.1, kSide + 0.3 + kDrop + more}, 0.3);
+      falling.rigid_body->linear_velocity = {0, 0, -kSpeed};
+      Add(*row.world, falling);
+      for (int i = 0; i < 10; ++i) {
+        Steps(*row.world, 1);
+        for (const EntityId id : row.crates) {
+          EXPECT_LE(VelocityOf(*row.world, id).norm(), kLost * kSpeed) << neighbours << " beside it, in step " << i;
+          EXPECT_LE(SpinOf(*row.world, id).norm(), kLost * kSpeed / kSide) << neighbours << " beside it, in step " << i;
+        }
+      }
+      EXPECT_FALSE(Asleep(*row.world, row.crates.front()));
+    }
+  }
+}
+
 TEST_P(Waking, WhoIsPassedSleepsOn) {
   Require(*MakeWorld(), Feature::kContacts);
   for (const double gap : kGaps) {
