@@ -321,6 +321,8 @@ void StepRun::ShiftTurned() {
   if (scratch_.shifts.empty()) return;
   std::vector<EntityRow> moved;
   for (const TurnShift& shift : scratch_.shifts) {
+    // Forces may have thrown it out of the bounds of the world.
+    if (!IsMoved(shift.row)) continue;
     state_.positions.col(Index(shift.row)) += shift.way;
     moved.push_back(shift.row);
   }

@@ -170,5 +170,25 @@ TEST_P(TurningBack, WhatIsPushedAcrossItsSlipIsOfSecondOrder) {
   }
 }
 
+TEST_P(TurningBack, WhatAForceThrowsOutOfTheWorldMeanwhileStaysWhereItWas) {
+  Proves({Claim::kBounds});
+  const Slope slope(0.9);
+  for (const double force : {1e9, 1e12}) {
+    const auto world = WorldOf(GetParam(), 60, slope);
+    const EntityId id = Add(*world, Thrown(Box{{0.3, 0.2, 0.05}}, {0.5, 0}));
+    for (int i = 0; i < 6; ++i) {
+      Do(*world, ApplyForce{.id = id, .force = {-1e-3, 0, 0}, .sampled = true});
+      Steps(*world, 1);
+    }
+    const Vector3 before = PositionOf(*world, id);
+    world->TakeEvents();
+    // It slips down and is driven up: friction turns in the substep in which it leaves.
+    Do(*world, ApplyForce{.id = id, .force = {-force, 0, 0}, .sampled = true});
+    Steps(*world, 1);
+    ASSERT_EQ(Of<EntityFaulted>(world->TakeEvents()).size(), 1u) << force;
+    EXPECT_EQ(PositionOf(*world, id), before) << force;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing
