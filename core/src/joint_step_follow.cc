@@ -24,7 +24,7 @@ constexpr double kFollowedTurn = 0.1;
 // rad in a substep, by which what joints give in it turns a body on: who is whipped round faster is not followed. Its
 // spin before and that after lead to places that have little to do with each other, so that it gains energy now and
 // then. Of 9,000 pendulums of unequal links the worst is jerked open 190 times as wide as turning makes a way without
-// this, and 1.03 times with it; with 0.1 that is 280 times.
+// this, and 1.03 times with it; with 0.1 one of half of them 280 times.
 constexpr double kResolvedWhip = 0.06;
 // An aim is good if rows missed no more than this part of the bend of their ways, and then the next one is if they
 // missed no more than that part: each is better than the last by the square of the turn, or more.
