@@ -142,7 +142,7 @@ def further(data: dict[str, Any]) -> str:
         parts.append(f"""## Steps that are not waited for
 
 `Drive` from C++ in the scenes above, with the same frames and events. It cannot be faster than the slower of the step
-and the transport, which take turns in a call and overlap here. What counts is how a stream goes on, after 60 ms of it.
+and the transport, which take turns in a call and overlap here. What counts is how a stream goes on, after 0.3 s of it.
 {drive_verdict(data)}
 
 {markdown_table(drive)}
