@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "disjoint_sets.h"
+#include "genphys/leaps.h"
 #include "impact_newton.h"
 #include "settling.h"
 
@@ -21,8 +22,10 @@ constexpr size_t kTurnsMax = 2000;
 constexpr size_t kWholeSweeps = 20;
 // Of what bears a body while it hands on what it got: all sweeps that follow begin with that.
 constexpr uint32_t kHandedSweeps = 20;
-// m/s: the sweeps end once no blow changed a velocity by more.
+// m/s: the sweeps end once no blow changed a velocity by more. Of many that only come to rest nobody looks at the
+// energy, which has to be right to more digits.
 constexpr double kSettled = 1e-12;
+constexpr double kSettledAtRest = 1e-9;
 // Or once so many in a row did not halve what they change, and that is no more than this part of the first change.
 constexpr int kPatience = 8;
 constexpr double kLittle = 1e-4;
@@ -33,6 +36,7 @@ constexpr size_t kFewBlows = 3;
 // seem to be needed.
 constexpr uint32_t kFirstSweeps = 4;
 constexpr uint32_t kManySweeps = 20;
+constexpr int kAxes = 3;  // of each blow
 // Of masses.
 constexpr double kUneven = 8;
 // Kinetic energy may grow by rounding only.
@@ -100,8 +104,8 @@ class Progress {
   bool TakesMoreThan(uint32_t sweeps) const {
     if (!(last_ < before_last_)) return true;
     double left = last_;
-    for (uint32_t i = 0; i < sweeps && left > kSettled; ++i) left *= last_ / before_last_;
-    return left > kSettled;
+    for (uint32_t i = 0; i < sweeps && left > kSettledAtRest; ++i) left *= last_ / before_last_;
+    return left > kSettledAtRest;
   }
   bool IsLittleLeft() const { return last_ <= kLittle * first_; }
   // Little is left, and the last sweeps hardly changed less and less.
@@ -149,7 +153,9 @@ class Group {
     ForgetChanges();
     Progress progress;
     const bool are_few = blows_.size() <= kFewBlows;
+    const double settled = are_few || DoesAnyBounce() ? kSettled : kSettledAtRest;
     const size_t turns_max = std::max(kTurnsMax, kWholeSweeps * blows_.size());
+    if (!are_few) leaps_.Begin(kAxes * blows_.size(), 1);
     size_t turns = 0;
     bool may_be_solved = !are_few && MayBeSolvedAtOnce();
     // Counted from one, so that each has a turn in the first.
@@ -161,14 +167,17 @@ class Group {
         if (changed_in_[a] + 1 < sweep && changed_in_[b] + 1 < sweep) continue;
         ++turns;
         const double change = are_few ? settling.Settle(speeds_, passed_) : settling.Relax(speeds_, passed_);
-        if (change > kSettled) NoteChange(settling.blow(), sweep);
+        if (change > settled) NoteChange(settling.blow(), sweep);
         largest = std::max(largest, change);
       }
       progress.Note(largest);
-      if (largest <= kSettled || progress.IsStuck()) return;
+      if (largest <= settled || progress.IsStuck()) return;
       if (sweep >= kFirstSweeps && may_be_solved && progress.TakesMoreThan(kManySweeps)) {
         SettleAtOnce(false, sweep);
         may_be_solved = false;
+      } else if (!are_few && sweep + Leaps::kSweepsBetween <= sweeps_max &&
+                 turns + Leaps::kSweepsBetween * blows_.size() <= turns_max) {
+        Leap(sweep);
       }
     }
     if (sweeps_max == kSweepsMax && !progress.IsLittleLeft() && MayBeSolvedAtOnce() && IsUneven())
@@ -259,6 +268,26 @@ class Group {
       }
     }
     return lightest > kUneven * heaviest;
+  }
+
+  bool DoesAnyBounce() const {
+    return std::ranges::any_of(blows_, [](const Settling& each) { return each.blow().separation_speed > 0; });
+  }
+
+  // To where sweeps, of which this was the last one, lead to.
+  void Leap(uint32_t sweep) {
+    leaps_.BeginSweep();
+    for (const Settling& settling : blows_) {
+      for (int i = 0; i < kAxes; ++i) leaps_.Note(0, settling.impulse()[i], settling.Softness(i));
+    }
+    if (!leaps_.Decide()) return;
+    size_t number = 0;
+    for (Settling& settling : blows_) {
+      Vector3 far;
+      for (double& each : far) each = leaps_.Of(number++, 0);
+      settling.Leap(far, speeds_, passed_);
+      NoteChange(settling.blow(), sweep);
+    }
   }
 
   // What sweeps, of which this was the last one, did not bring to its end.
@@ -382,7 +411,8 @@ class Group {
   std::vector<uint32_t> changed_in_;  // the last sweep, by body
   std::vector<uint32_t> movable_;     // bodies of the group
   std::vector<double> asked_;         // m/s, by blow
-  bool is_driven_ = false;            // something that cannot be moved moves
+  Leaps leaps_;
+  bool is_driven_ = false;  // something that cannot be moved moves
 };
 
 template <typename Solve>

@@ -104,14 +104,34 @@ void Settling::Finish() {
 
 void Settling::Take(const Blow& solved, std::span<Speeds> speeds) {
   const Vector3 wanted(solved.impulse, solved.rubbing.dot(first_), solved.rubbing.dot(second_));
-  const Vector3 change = wanted - impulse_;
-  impulse_ = wanted;
-  for (int i = 0; i < 3; ++i) along_[i].Push(change[i], speeds[blow_->body_a], speeds[blow_->body_b]);
+  Push(wanted - impulse_, speeds, {});
 }
 
+void Settling::Leap(const Vector3& far, std::span<Speeds> speeds, std::span<const Passed> passed) {
+  Vector3 wanted = impulse_ + far;
+  wanted[0] = std::max(wanted[0], 0.0);
+  const double bound = blow_->friction * wanted[0], size = wanted.tail<2>().norm();
+  if (size > bound) wanted.tail<2>() *= bound / size;
+  Push(wanted - impulse_, speeds, passed);
+}
+
+// All that the turn changes is reckoned from the rates at its begin, so that the bodies are read and written once.
 double Settling::Relax(std::span<Speeds> speeds, std::span<const Passed> passed) {
-  const double parted = Separate(speeds, passed);
-  return std::max(parted, Rub(speeds, passed));
+  const Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
+  const double rate = along_[0].Rate(a, b) - blow_->separation_speed;
+  if (rate >= 0 && impulse_.isZero(0)) return 0;
+  const double pressed = softness_ > 0 ? std::max(-rate / softness_, -impulse_[0]) : 0;
+  Vector3 impulse(pressed, 0, 0);
+  double changed = std::abs(pressed) * softness_;
+  const double bound = blow_->friction * (impulse_[0] + pressed);
+  if (bound > 0 || !impulse_.tail<2>().isZero(0)) {
+    const Vector2 slip =
+        Vector2(along_[1].Rate(a, b), along_[2].Rate(a, b)) + pressed * answers_.bottomLeftCorner<2, 1>();
+    impulse.tail<2>() = Rubbed(slip, bound);
+    changed = std::max(changed, (answers_.bottomRightCorner<2, 2>() * impulse.tail<2>()).cwiseAbs().maxCoeff());
+  }
+  Push(impulse, speeds, passed);
+  return changed;
 }
 
 double Settling::Settle(std::span<Speeds> speeds, std::span<const Passed> passed) {
@@ -119,8 +139,7 @@ double Settling::Settle(std::span<Speeds> speeds, std::span<const Passed> passed
   const Vector3 rates = Rates(speeds);
   if (rates[0] >= 0 && impulse_.isZero(0)) return 0;
   const Vector3 impulse = Settled(rates) - impulse_;
-  impulse_ += impulse;
-  for (int i = 0; i < 3; ++i) along_[i].Push(impulse[i], speeds[blow_->body_a], speeds[blow_->body_b]);
+  Push(impulse, speeds, passed);
   return (answers_ * impulse).cwiseAbs().maxCoeff();
 }
 
@@ -175,40 +194,23 @@ Vector3 Settling::Slipped(const Vector3& free, double slip) const {
   return impulse;
 }
 
-double Settling::Separate(std::span<Speeds> speeds, std::span<const Passed> passed) {
-  if (!(softness_ > 0)) return 0;
-  Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
-  const double lacking = blow_->separation_speed - along_[0].Rate(a, b);
-  const double impulse = std::max(lacking / softness_, -impulse_[0]);
-  if (impulse == 0) return 0;
-  impulse_[0] += impulse;
-  along_[0].Push(impulse, a, b);
-  if (is_tied_) along_[0].PassOn(impulse, passed, speeds);
-  return std::abs(impulse) * softness_;
-}
-
-double Settling::Rub(std::span<Speeds> speeds, std::span<const Passed> passed) {
-  const double bound = blow_->friction * impulse_[0];
+// By how much friction has to change that is bound by so much, N*s, to stop what slips so, or to come nearer to that.
+Vector2 Settling::Rubbed(const Vector2& slip, double bound) const {
   const Vector2 present = impulse_.tail<2>();
-  if (!(bound > 0) && present.isZero(0)) return 0;
-  Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
-  const Vector2 slip(along_[1].Rate(a, b), along_[2].Rate(a, b));
-  const double square = slip.squaredNorm(), answer = slip.dot(answers_.bottomRightCorner<2, 2>() * slip);
+  const double answer = slip.dot(answers_.bottomRightCorner<2, 2>() * slip);
   Vector2 wanted = present;
-  double softness = 0;
-  if (answer > 0) {
-    wanted -= (square / answer) * slip;
-    softness = answer / square;
-  }
+  if (answer > 0) wanted -= (slip.squaredNorm() / answer) * slip;
   const double size = wanted.squaredNorm();
   if (size > bound * bound) wanted *= bound / std::sqrt(size);
-  const Vector2 impulse = wanted - present;
-  impulse_.tail<2>() = wanted;
-  for (int i = 0; i < 2; ++i) {
-    along_[i + 1].Push(impulse[i], a, b);
-    if (is_tied_) along_[i + 1].PassOn(impulse[i], passed, speeds);
-  }
-  return impulse.norm() * softness;
+  return wanted - present;
+}
+
+void Settling::Push(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed) {
+  impulse_ += impulse;
+  Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
+  for (int i = 0; i < 3; ++i) along_[i].Push(impulse[i], a, b);
+  if (!is_tied_) return;
+  for (int i = 0; i < 3; ++i) along_[i].PassOn(impulse[i], passed, speeds);
 }
 
 }  // namespace genphys

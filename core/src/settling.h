@@ -97,6 +97,10 @@ class Settling {
   }
   /// Tells the blow what it came to.
   void Finish();
+  /// How much the rate along an axis changes per impulse along it, 1/kg.
+  double Softness(int axis) const { return answers_(axis, axis); }
+  /// Changes its impulse by `far`, N*s, as far as Coulomb lets it.
+  void Leap(const Vector3& far, std::span<Speeds> speeds, std::span<const Passed> passed);
   /// How b goes against a, m/s, beyond what it is to do.
   Vector3 Rates(std::span<const Speeds> speeds) const;
   /// Comes to the impulses of `solved`, which is this blow; nobody is tied.
@@ -114,8 +118,8 @@ class Settling {
 
   Vector3 Settled(const Vector3& rates) const;
   Vector3 Slipped(const Vector3& free, double slip) const;
-  double Separate(std::span<Speeds> speeds, std::span<const Passed> passed);
-  double Rub(std::span<Speeds> speeds, std::span<const Passed> passed);
+  Eigen::Vector2d Rubbed(const Eigen::Vector2d& slip, double bound) const;
+  void Push(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed);
 
   Blow* blow_;
   Vector3 first_;  // across the normal

@@ -195,5 +195,19 @@ TEST(Restitute, FindsTheSameWhereThoseGiveWayThatAreSaidToBear) {
   }
 }
 
+// Of what a row of ten bodies still lacks sweeps leave nine tenths each.
+TEST(SolveBlows, EndsAtTheLawsWhereSweepsAreSlow) {
+  for (const uint32_t count : {9u, 10u, 11u}) {
+    Column column(count, 1);
+    column.blows.pop_back();  // nothing bears the lowest one
+    column.blows.front().separation_speed = 0;
+    Ties free;
+    SolveBlows(column.blows, column.bodies, free);
+    for (size_t i = 1; i < column.bodies.size(); ++i) {
+      EXPECT_NEAR(column.bodies[i].linear_velocity.z(), -1.0 / (count + 1), 1e-8) << count << " bodies";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys

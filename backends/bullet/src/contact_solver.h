@@ -9,8 +9,8 @@
 #include "contact_rows.h"
 #include "genphys/contact.h"
 #include "genphys/joint_row.h"
+#include "genphys/leaps.h"
 #include "grips.h"
-#include "leaps.h"
 #include "stirred.h"
 #include "warm_start.h"
 

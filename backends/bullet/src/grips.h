@@ -7,7 +7,7 @@
 
 #include "body.h"
 #include "genphys/contact.h"
-#include "leaps.h"
+#include "genphys/leaps.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {

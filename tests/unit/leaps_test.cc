@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "backends/bullet/src/leaps.h"
+#include "genphys/leaps.h"
 
-namespace genphys::bullet_backend {
+namespace genphys {
 namespace {
 
 // Sweeps over one row for each impulse that `impulse(row, sweep)` tells, row i of island islands[i], until somebody
@@ -76,4 +76,4 @@ TEST(Leaps, LeadNowhereWhereImpulsesOnlyShiftFromOneToTheOther) {
 }
 
 }  // namespace
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

@@ -1,6 +1,6 @@
-#include "leaps.h"
+#include "genphys/leaps.h"
 
-namespace genphys::bullet_backend {
+namespace genphys {
 namespace {
 
 // Of a change, across the one before it: with more than that it is no shrinking by the same part yet.
@@ -38,4 +38,4 @@ bool Leaps::Decide() {
   return is_any;
 }
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace genphys::bullet_backend {
+namespace genphys {
 
 /// Where sweeps lead to, told from how they go. What is left of an error after the first sweeps mostly shrinks by the
 /// same part in each; what it will come to then follows from the last two (Aitken's delta-squared process, 1926; for
@@ -63,4 +63,4 @@ class Leaps {
   bool leads_nowhere_ = false;
 };
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys
