@@ -25,6 +25,8 @@ ErrorCorrection Filled(const ErrorCorrection& own, const ErrorCorrection& defaul
 }
 
 ErrorCorrection Gentler(const ErrorCorrection& a, const ErrorCorrection& b) {
+  // As it is nearly everywhere, and is asked for each pair.
+  if (!a.any() && !b.any()) return {};
   const auto larger = [](double x, double y) { return std::max(x, y); };
   const auto smaller = [](double x, double y) { return std::min(x, y); };
   return {Either(a.time_constant, b.time_constant, larger), Either(a.speed_max, b.speed_max, smaller),

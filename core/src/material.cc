@@ -14,6 +14,8 @@ T Either(const std::optional<T>& own, const std::optional<T>& given, T fallback)
 }
 
 double Mixed(Mixing rule, double a, double b) {
+  // Most of what touches is of one material, and a root for each pair of a pile is a part of its step.
+  if (a == b && rule != Mixing::kMultiply) return a;
   switch (rule) {
     case Mixing::kGeometricMean:
       return std::sqrt(a * b);

@@ -79,16 +79,21 @@ class StepRun::Jolts {
     numbers.Clear();
   }
 
-  // The impulse on b that points give, and what it turns about `center`.
-  static std::pair<Vector3, Vector3> Sum(std::span<const ContactPoint> points, const Vector3& center, double scale) {
-    std::pair<Vector3, Vector3> sum(Vector3::Zero(), Vector3::Zero());
-    for (const ContactPoint& point : points) {
-      const Vector3 impulse = scale * (point.normal_impulse * point.normal + point.friction_impulse);
-      sum.first += impulse;
-      sum.second += (point.position - center).cross(impulse);
+  // What points give: the impulse on b, and what it turns about `origin`.
+  struct Given {
+    Given(std::span<const ContactPoint> points, const Vector3& origin) : about(origin) {
+      for (const ContactPoint& point : points) {
+        const Vector3 impulse = point.normal_impulse * point.normal + point.friction_impulse;
+        sum += impulse;
+        twist += (point.position - origin).cross(impulse);
+      }
     }
-    return sum;
-  }
+    Vector3 TwistAbout(const Vector3& center) const { return twist + (about - center).cross(sum); }
+
+    Vector3 about;
+    Vector3 sum = Vector3::Zero();    // N*s
+    Vector3 twist = Vector3::Zero();  // N*m*s
+  };
 
   // By the solve before, if it pressed them together as well.
   std::span<const ContactPoint> Before(const ContactPair& pair) const {
@@ -102,26 +107,27 @@ class StepRun::Jolts {
   // A contact owes for the rest of the substep what it gave in as much of the one before, or since then, if that is
   // less: of what the two give each other a part that is told to both, for one of them may be paid without the other.
   void AddOwed(ContactPair& pair, uint32_t a, uint32_t b) {
-    const std::span<const ContactPoint> now = PointsOf(run_.world_.contacts_, pair), before = Before(pair);
+    const std::span<const ContactPoint> before = Before(pair);
     const double last = run_.world_.layer_.last_substep;
     const double scale = last > 0 ? h_ / last : 1;
-    const Vector3 given = Sum(now, Vector3::Zero(), 1).first, held = Sum(before, Vector3::Zero(), scale).first;
-    const bool is_mutual = a > 0 && b > 0, was_less = held.squaredNorm() < given.squaredNorm();
+    const Vector3& about = run_.world_.contacts_.points[pair.first_point].position;
+    const Given now(PointsOf(run_.world_.contacts_, pair), about), then(before, about);
+    const double given = now.sum.squaredNorm();
+    const bool is_mutual = a > 0 && b > 0, was_less = scale * scale * then.sum.squaredNorm() < given;
     if (is_mutual) {
-      const double part = std::clamp(held.dot(given) / given.squaredNorm(), 0.0, 1.0);
+      const double part = std::clamp(scale * then.sum.dot(now.sum) / given, 0.0, 1.0);
       const bool is_other = IsOtherwiseHeld(pair.entity_a) || IsOtherwiseHeld(pair.entity_b);
       pair.owed = IsOtherwiseJolted(pair) ? 0 : is_other ? kOwed : kOwed * part;
     }
+    const bool is_as_before = !is_mutual && was_less;
+    const Given& goes_on = is_as_before ? then : now;
+    const double part = is_as_before ? kOwed * scale : pair.owed;
     for (const auto& [number, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
       if (number == 0) continue;
-      const Vector3 center = run_.CenterOf(run_.movers_[number - 1].row);
-      const bool is_as_before = !is_mutual && was_less;
-      const auto [impulse, twist] =
-          Sum(is_as_before ? before : now, center, sign * (is_as_before ? kOwed * scale : pair.owed));
-      const Vector3 seemed = Sum(now, center, sign * kOwed).first;
       Owed& owed = owed_[number];
-      owed.impulse += impulse;
-      owed.twist += twist;
+      owed.impulse += sign * part * goes_on.sum;
+      owed.twist += sign * part * goes_on.TwistAbout(run_.CenterOf(run_.movers_[number - 1].row));
+      const Vector3 seemed = sign * kOwed * now.sum;
       owed.seemed += seemed;
       (is_mutual ? owed.others : owed.ground) += seemed;
       owed.was_held |= !before.empty();

@@ -71,18 +71,20 @@ class StepRun::Turns {
     };
     pull_ = std::max(pull(pair.entity_a), pull(pair.entity_b));
     const double tremble = std::max(kTremble, kTremblePart * pull_ * h_);
-    const Vector3 a = run_.CenterOf(pair.entity_a), b = run_.CenterOf(pair.entity_b);
     const std::span<const ContactPoint> points = PointsOf(pair);
-    const auto slip_at = [&](const ContactPoint& point) {
-      const Vector3 slip = run_.VelocityAt(pair.entity_b, b, point.position) -
-                           run_.VelocityAt(pair.entity_a, a, point.position) + pair.surface_velocity;
-      return Across(slip, point.normal);
-    };
-    slip_ = slip_at(points.front());
+    const ContactPoint& first = points.front();
+    const Vector3 at_first = run_.VelocityAt(pair.entity_b, run_.CenterOf(pair.entity_b), first.position) -
+                             run_.VelocityAt(pair.entity_a, run_.CenterOf(pair.entity_a), first.position) +
+                             pair.surface_velocity;
+    slip_ = Across(at_first, first.normal);
     const double square = slip_.squaredNorm();
-    return square > tremble * tremble && std::all_of(points.begin() + 1, points.end(), [&](const auto& point) {
-             return (slip_at(point) - slip_).squaredNorm() <= kTogether * kTogether * square;
-           });
+    if (!(square > tremble * tremble)) return false;
+    const Vector3 spin = run_.state_.angular_velocities.col(Index(pair.entity_b)) -
+                         run_.state_.angular_velocities.col(Index(pair.entity_a));
+    return std::all_of(points.begin() + 1, points.end(), [&](const ContactPoint& point) {
+      const Vector3 slip = at_first + spin.cross(point.position - first.position);
+      return (Across(slip, point.normal) - slip_).squaredNorm() <= kTogether * kTogether * square;
+    });
   }
 
   // Whether it is known what holds both, and the next solve is for as long a time of both.
@@ -133,28 +135,33 @@ class StepRun::Turns {
     return cosine <= 0 ? 1 : from.cross(to).norm() / (from.norm() * to.norm());
   }
 
-  // How hard each point is pressed, and what friction gave them all.
+  // How hard both are pressed, and what friction gave them.
   void Measure(const ContactPair& pair, const ContactPair& before) {
-    const std::span<const ContactPoint> solved = genphys::PointsOf(run_.world_.solved_, before);
     const double kinetic = pair.material.kinetic_friction;
-    double sum = 0, press = 0;
+    double press = 0;
     bool has_slid = slip_.norm() > kSlidingSpeed;
-    pressed_.clear();
     braked_.setZero();
-    for (const ContactPoint& last : solved) {
+    solved_ = genphys::PointsOf(run_.world_.solved_, before);
+    for (const ContactPoint& last : solved_) {
       press += last.normal_impulse / last_;
       braked_ += last.friction_impulse / last_;
       has_slid |= last.friction == kinetic;
     }
     brake_ = has_slid ? kinetic * press : 0;
+  }
+
+  // How hard each point is pressed, as a part of all; whether any is.
+  bool FindShares(const ContactPair& pair) {
+    double sum = 0;
+    pressed_.clear();
     for (const ContactPoint& point : PointsOf(pair)) {
       const ContactPoint& nearest = *std::ranges::min_element(
-          solved, {}, [&](const ContactPoint& last) { return (last.position - point.position).squaredNorm(); });
+          solved_, {}, [&](const ContactPoint& last) { return (last.position - point.position).squaredNorm(); });
       pressed_.push_back(nearest.normal_impulse);
       sum += nearest.normal_impulse;
     }
-    if (!(sum > 0)) brake_ = 0;
     for (double& each : pressed_) each /= sum;
+    return sum > 0;
   }
 
   // m/s^2 along the slip, by which a force of 1 N on both changes it.
@@ -188,7 +195,7 @@ class StepRun::Turns {
     // What others change too is only looked at where it slips straight back.
     const bool may_turn_back =
         drive.norm() > mobility * brake_ * grip && drive.dot(slip_) < 0 && Angle(slip_, -drive) <= kTurns;
-    if (!alone && !may_turn_back) return;
+    if ((!alone && !may_turn_back) || !FindShares(pair)) return;
     Slide slide(slip_, drive, mobility * brake_, mobility * brake_ * grip);
     // The way of a substep begins in the middle of the time that the solve is for, or with it if all begins anew.
     slide.GoOn(time_ - h_ / 2);
@@ -252,13 +259,14 @@ class StepRun::Turns {
   double last_, h_;
   bool has_counted_ = false;
   // Of the pair at hand.
-  double pull_ = 0;                   // m/s^2, of what pulls at them from outside
-  double time_ = 0;                   // s, for which the solve acts on it
-  Vector3 slip_ = Vector3::Zero();    // m/s
-  Vector3 change_ = Vector3::Zero();  // m/s^2
-  std::vector<double> pressed_;       // the part that each point bears
-  double brake_ = 0;                  // N, as much as friction can give
-  Vector3 braked_ = Vector3::Zero();  // N, on b, by friction
+  double pull_ = 0;                       // m/s^2, of what pulls at them from outside
+  double time_ = 0;                       // s, for which the solve acts on it
+  Vector3 slip_ = Vector3::Zero();        // m/s
+  Vector3 change_ = Vector3::Zero();      // m/s^2
+  std::span<const ContactPoint> solved_;  // as they were in the last solve
+  std::vector<double> pressed_;           // the part that each point bears
+  double brake_ = 0;                      // N, as much as friction can give
+  Vector3 braked_ = Vector3::Zero();      // N, on b, by friction
 };
 
 void StepRun::FindTurns(double h) {
