@@ -20,8 +20,6 @@ constexpr double kDepthMin = -1e-9;
 // Deeper than so many times what the closing speed covers is an impact of this substep only if they are seen apart in
 // it.
 constexpr double kFreshDepth = 1.5;
-// Of the substep: impacts of one body that are nearer to each other happen at once.
-constexpr double kSameTime = 0.05;
 // More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
 constexpr size_t kRefinedMax = 8;
 // Where most pairs meet: memory for so many is asked for at once.
@@ -72,17 +70,17 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   if (candidates_.empty()) return false;
   FindStances(contacts);
   FindGroups();
+  // By their depth alone the edge of a tile behind can seem to have been met before the one that was.
+  Time();
   KeepEarliest();
-  for (Candidate& candidate : candidates_) {
-    const bool has_time = candidate.time > 0 && !candidate.is_deep;
-    if (has_time && (candidates_.size() <= kRefinedMax || candidate.is_swept)) Refine(candidate);
-  }
+  Time();
   CollectStruck(contacts);
   blows_.clear();
   blow_pairs_.clear();
   blows_.reserve(kMostPoints * candidates_.size());
   blow_pairs_.reserve(blows_.capacity());
-  for (const Candidate& candidate : candidates_) AddBlows(contacts, candidate);
+  for (Candidate& candidate : candidates_) AddBlows(contacts, candidate);
+  DropUnreached();
   if (!blows_.empty()) AddSupportBlows();
   if (!blows_.empty()) {
     Separate();
@@ -191,6 +189,15 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   return found;
 }
 
+// Finds when those happen of which that is not known yet, unless there are too many.
+void Impacts::Time() {
+  for (Candidate& candidate : candidates_) {
+    if (candidate.is_timed || candidate.time == 0 || candidate.is_deep) continue;
+    candidate.is_timed = candidates_.size() <= kRefinedMax || candidate.is_swept;
+    if (candidate.is_timed) Refine(candidate);
+  }
+}
+
 // Later impacts of a body, or of what joints hold together with it, wait until the earlier ones have changed its way.
 void Impacts::KeepEarliest() {
   const auto earliest = [&](EntityRow row) -> double& {
@@ -270,7 +277,7 @@ void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const
   blow_pairs_.push_back(&candidate);
 }
 
-void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate) {
+void Impacts::AddBlows(const ContactBuffer& contacts, Candidate& candidate) {
   const ContactPair& pair = candidate.pair;
   const double time_a = struck_[static_cast<size_t>(world_.struck_index[pair.entity_a])].time;
   const double time_b = struck_[static_cast<size_t>(world_.struck_index[pair.entity_b])].time;
@@ -278,10 +285,9 @@ void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate
     Manifold manifold;
     const double gap = std::max(kFlatGap, kFlatPart * candidate.closing * step_size_);
     FindMeeting(pair, time_a, time_b, gap, manifold);
-    for (int i = 0; i < manifold.count; ++i) {
-      const MeetingPoint& point = manifold.points[static_cast<size_t>(i)];
-      AddBlow(candidate, point.position, point.normal);
-    }
+    const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+    for (const MeetingPoint& point : points) AddBlow(candidate, point.position, point.normal);
+    if (candidate.is_timed) candidate.gap = GapOf(points);
     if (manifold.count > 0) return;
   }
   for (const ContactPoint& point : PointsOf(contacts, pair)) {
@@ -289,20 +295,20 @@ void Impacts::AddBlows(const ContactBuffer& contacts, const Candidate& candidate
   }
 }
 
+// How the two separate at the blow by Newton's law, and how they rub. Returns the velocity of b against a, m/s.
+Vector3 Impacts::Ask(Blow& blow, const ContactPair& pair) const {
+  const Vector3 approach = RelativeVelocity(blow, bodies_);
+  const double closing = -approach.dot(blow.normal);
+  const bool bounces = closing > speed_.Of(pair.entity_a, pair.entity_b, blow.normal);
+  blow.separation_speed = bounces ? pair.material.restitution * closing : 0;
+  blow.friction = FrictionAt(pair.material, (approach + closing * blow.normal).norm());
+  return approach;
+}
+
 void Impacts::Separate() {
   approaches_.clear();
   approaches_.reserve(blows_.size());
-  for (size_t i = 0; i < blows_.size(); ++i) {
-    Blow& blow = blows_[i];
-    const MixedMaterial& material = blow_pairs_[i]->pair.material;
-    const Vector3 approach = RelativeVelocity(blow, bodies_);
-    const double closing = -approach.dot(blow.normal);
-    const ContactPair& pair = blow_pairs_[i]->pair;
-    const bool bounces = closing > speed_.Of(pair.entity_a, pair.entity_b, blow.normal);
-    blow.separation_speed = bounces ? material.restitution * closing : 0;
-    blow.friction = FrictionAt(material, (approach + closing * blow.normal).norm());
-    approaches_.push_back(approach);
-  }
+  for (size_t i = 0; i < blows_.size(); ++i) approaches_.push_back(Ask(blows_[i], blow_pairs_[i]->pair));
   Restitute(blows_, bodies_, ties_);
   BearBlows();
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -100,6 +101,10 @@ class Impacts {
     bool is_deep = false;     // it is no more touching by then
     bool were_apart = false;  // it is known that they were, since the last impact of either
     bool is_held = false;     // both are, or cannot be moved
+    bool is_timed = false;    // it is known when
+    double gap = 0;           // m, between them when they are hit
+    double nearest = 0;       // m, between one of them and whoever hits it then
+    bool is_apart = false;    // more than that
     Borne borne = Borne::kUnknown;
   };
   // Who was pressed against whom that bears it, or that nothing can move.
@@ -124,6 +129,7 @@ class Impacts {
     Vector3 lacking_linear = Vector3::Zero();
     Vector3 lacking_angular = Vector3::Zero();
     Vector3 by_others = Vector3::Zero();  // m/s, of how it goes on from the blow to the end: see FlownWay
+    double gap = std::numeric_limits<double>::infinity();  // m, to the nearest of those that hit it
   };
   // What joints hold together, and something hits.
   struct Group {
@@ -151,6 +157,8 @@ class Impacts {
   // Against what somebody is pressed.
   enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
 
+  // Of the substep: impacts of one body that are nearer to each other happen at once.
+  static constexpr double kSameTime = 0.05;
   // Of impacts in time: how far from touching (m, and of the way of a substep) the other corners of what lands flat may
   // be.
   static constexpr double kFlatGap = 2e-5;
@@ -167,12 +175,14 @@ class Impacts {
   bool WereApart(const ContactPair& pair, double time, double speed) const;
   bool MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
+  void Time();
   void KeepEarliest();
   void Refine(Candidate& candidate) const;
   bool HasRolled(const Candidate& candidate, double time) const;
   double ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const;
   void CollectStruck(const ContactBuffer& contacts);
-  void AddBlows(const ContactBuffer& contacts, const Candidate& candidate);
+  void AddBlows(const ContactBuffer& contacts, Candidate& candidate);
+  Vector3 Ask(Blow& blow, const ContactPair& pair) const;
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   void Separate();
   std::vector<StruckBody> RestOfStep();
@@ -184,6 +194,12 @@ class Impacts {
   // Of the row in struck_, to which it is added unless it is there.
   uint32_t NumberOf(EntityRow row);
   void AddStruck(EntityRow row, const Candidate& candidate);
+  // Who takes part in a blow of others (impact_reached.cc).
+  void DropUnreached();
+  bool FindApart();
+  bool Reaches(const Candidate& candidate, std::span<const StruckBody> after) const;
+  // m, between two that meet in these points; of none, beyond all.
+  static double GapOf(std::span<const MeetingPoint> points);
   // What stands on the ground (impact_supports.cc).
   void FindStances(const ContactBuffer& contacts);
   bool IsWoken(EntityRow row) const;

@@ -215,6 +215,43 @@ TEST_P(Impacts, StopABulletAtAThinWall) {
   }
 }
 
+// The next tile is behind the one that is hit, but what comes askew is as far from its edge as from anything that it
+// meets at the same time.
+TEST_P(Impacts, OnAWallOfTilesAreThoseOnAWhole) {
+  Proves({Claim::kBox});
+  constexpr double kRadius = 0.05, kHalfTile = 0.11, kWall = 2;
+  for (const double speed : {3.0, 47.0, 300.0}) {
+    for (const double angle : {0.0, 0.3, 0.8}) {
+      for (int i = 0; i < 8; ++i) {
+        const auto world = WorldOf(GetParam(), 1.0 / 60, Vector3::Zero());
+        EntityDesc wall = Block({kWall, 0, 5}, {0.01, kHalfTile, kHalfTile});
+        const Geometry tile = wall.rigid_body->geometries[0];
+        for (int y = -5; y <= 5; ++y) {
+          for (int z = -5; z <= 5; ++z) {
+            if (y == 0 && z == 0) continue;
+            wall.rigid_body->geometries.push_back(tile);
+            wall.rigid_body->geometries.back().pose_in_entity.position = {0, 2 * kHalfTile * y, 2 * kHalfTile * z};
+          }
+        }
+        Add(*world, wall);
+        // From one tile across the seam to the next, and once in the middle of one.
+        const Vector3 hit(kWall - 0.01 - kRadius, kHalfTile + 0.012 * (i - 3), 5 + 0.03 * i);
+        const Vector3 velocity = speed * Vector3(std::cos(angle), std::sin(angle), 0);
+        EntityDesc ball = Bouncing(Ball(hit - 0.012 * velocity, kRadius), 0.7);
+        ball.rigid_body->linear_velocity = velocity;
+        ball.rigid_body->geometries[0].material.friction = 0;
+        const EntityId bullet = Add(*world, ball);
+        Steps(*world, 2);
+        const Vector3 thrown_back(-0.7 * velocity.x(), velocity.y(), 0);
+        // On the seam itself it goes past by as deep as it is found, and the edge is tilted by that.
+        const double tilt = std::tan(angle) * ImpactDepth(speed, SubstepOf(*world)) / kRadius;
+        EXPECT_LT((VelocityOf(*world, bullet) - thrown_back).norm(), (kDirect + 2 * tilt) * speed)
+            << speed << " m/s, " << angle << " rad, beside the seam by " << hit.y() - kHalfTile << " m";
+      }
+    }
+  }
+}
+
 TEST_P(Impacts, StopEveryBulletOfAHail) {
   // Swarms that fly side by side, so that those who are fast have neighbours whom they do not meet: what they may pass
   // is looked for in another way than for a single one.
