@@ -8,19 +8,45 @@
 namespace genphys {
 namespace {
 
-// Radians per inner step: with 0.25 the energy of the worst of 20 tumbling bodies (A5.any of bench/accuracy, 1/60 s)
-// was off by 4e-5 after 10 s, with this by 1e-6. With 0.12 two of 30 that turn by a tenth in each of 1e5 steps were off
-// by up to 1.7e-4, with this none of 60 by more than 6e-5.
+// Radians per inner step. It was chosen by what steps missed of the energy when nothing gave that back: with 0.25 up to
+// 4e-5 in 10 s of 20 tumbling bodies at 1/60 s, with 0.12 up to 1.7e-4 in 1e5 steps of 30. Now it is how far a body
+// turns about its momentum that errors add up in.
 constexpr double kAngleMax = 0.1;
 // Turning less than this in a step, the spin changes by less than rounding can show in the orientation.
 constexpr double kNegligibleAngle = 1e-8;
 // Relative difference of moments that is no more than rounding.
 constexpr double kSymmetric = 1e-14;
+// Of the most that the energy could be: less than this is rounding.
+constexpr double kSameEnergy = 4e-15;
+// Of the momentum: steps that miss by more are too long for what is near to be found from there.
+constexpr double kFarOff = 1e-2;
 // The sine of an angle that is no more than rounding.
 constexpr double kParallel = 1e-14;
 
 Vector3 BodySpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor) {
   return inverse_tensor * (orientation.conjugate() * momentum);
+}
+
+// The momentum nearest to `momentum` (axes of the body) that is as large and has twice the kinetic energy `energy`. How
+// often a body turns over in a time depends on how far both are from those of one that never does, and that may be less
+// than what steps miss. Where steps are too long to be accurate it is `momentum`.
+Vector3 WithEnergy(const Vector3& momentum, const Matrix3& inverse_tensor, double energy) {
+  const Vector3 spin = inverse_tensor * momentum;
+  const double now = momentum.dot(spin), lacking = energy - now;
+  const double size_squared = momentum.squaredNorm();
+  // Of what is near to an axis about which it turns evenly, rounding would move more than steps miss.
+  if (std::abs(lacking) <= kSameEnergy * inverse_tensor.trace() * size_squared) return momentum;
+  const Vector3 uphill = spin - now / size_squared * momentum;
+  const double square = uphill.squaredNorm(), way = lacking / 2;
+  if (!(way * way < kFarOff * kFarOff * size_squared * square)) return momentum;
+  const Vector3 moved = momentum + way / square * uphill;
+  return std::sqrt(size_squared / moved.squaredNorm()) * moved;
+}
+
+// The turn, rad, axes of the body, after which a body in whose frame the momentum is `apparent` sees it as `momentum`,
+// which is near to that.
+Vector3 TurnBetweenMomenta(const Vector3& momentum, const Vector3& apparent) {
+  return momentum.cross(apparent) / momentum.squaredNorm();
 }
 
 // A free body in its own frame, where its momentum goes round by Euler's equations, dL/dt = L x w.
@@ -30,7 +56,8 @@ class TurningBody {
       : inverse_tensor_(inverse_tensor),
         momentum_(momentum),
         spin_(inverse_tensor * momentum),
-        size_squared_(momentum.squaredNorm()) {}
+        size_squared_(momentum.squaredNorm()),
+        energy_(momentum.dot(spin_)) {}
 
   // The rotation vector, rad, by which it turns in `h` seconds: its momentum by the classical method of fourth order
   // of Runge and Kutta, and what its spin comes to by the expansion of Magnus, of fourth order too (Iserles and
@@ -48,11 +75,14 @@ class TurningBody {
     return h / 6 * (first + 4 * middle + spin_) + h * h / 12 * first.cross(spin_);
   }
 
-  // Between steps: its momentum is as large as it was, also where steps are too long to be accurate.
-  void KeepSize() {
+  // Between steps: its momentum is as large as it was, and its energy.
+  void KeepInvariants() {
     momentum_ *= std::sqrt(size_squared_ / momentum_.squaredNorm());
+    momentum_ = WithEnergy(momentum_, inverse_tensor_, energy_);
     spin_ = inverse_tensor_ * momentum_;
   }
+
+  const Vector3& momentum() const { return momentum_; }
 
  private:
   Vector3 Rate(const Vector3& momentum) const { return momentum.cross(inverse_tensor_ * momentum); }
@@ -61,6 +91,7 @@ class TurningBody {
   Vector3 momentum_;
   Vector3 spin_;
   double size_squared_;
+  double energy_;  // twice the kinetic one
 };
 
 // The turn by a rotation vector of no more than some tenths of a radian: by series, of which what is left out is less
@@ -71,6 +102,13 @@ Quaternion SmallTurn(const Vector3& rotation) {
   const double ratio = 1 - square / 6 * (1 - square / 20 * (1 - square / 42 * (1 - square / 72)));
   const Vector3 half = ratio / 2 * rotation;
   return {cosine, half.x(), half.y(), half.z()};
+}
+
+// The rotation vector of a small turn and of a much smaller one after it, by the formula of Baker, Campbell and
+// Hausdorff.
+Vector3 Composed(const Vector3& turn, const Vector3& after) {
+  const Vector3 across = turn.cross(after);
+  return turn + after + across / 2 + turn.cross(across) / 12;
 }
 
 bool IsAboutPrincipalAxis(const Vector3& momentum, const Vector3& spin) {
@@ -140,7 +178,7 @@ class SlenderBody {
   }
 
   SlenderBody(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor)
-      : momentum_(momentum), own_(orientation) {
+      : momentum_(momentum), own_(orientation), inverse_tensor_(inverse_tensor) {
     const Eigen::SelfAdjointEigenSolver<Matrix3> principal(inverse_tensor);  // ascending
     axis_ = principal.eigenvectors().col(2);
     other_ = principal.eigenvectors().col(1);
@@ -168,6 +206,8 @@ class SlenderBody {
       TurnOther(outer / 2);
       time_ += h;
     }
+    const Vector3 after = own_.conjugate() * momentum_;
+    own_ *= SmallTurn(TurnBetweenMomenta(WithEnergy(after, inverse_tensor_, own.dot(inverse_tensor_ * own)), after));
     own_.normalize();
   }
 
@@ -193,7 +233,8 @@ class SlenderBody {
 
   Vector3 momentum_;
   Quaternion own_;  // but for the precession
-  Vector3 axis_;    // of the smallest moment, in the frame of the body
+  const Matrix3& inverse_tensor_;
+  Vector3 axis_;  // of the smallest moment, in the frame of the body
   Vector3 other_;
   double across_ = 0;  // 1/(kg*m^2), of the largest moment
   double along_ = 0;   // of the smallest, more than that
@@ -259,16 +300,22 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const V
   }
   const int count = CountSteps(spin.norm(), kAngleMax, time, steps_max);
   const double h = time / count;
-  TurningBody body(orientation.conjugate() * momentum, inverse_tensor);
-  if (count == 1) return orientation * (body.Advance(h) / h);
+  const Vector3 own = orientation.conjugate() * momentum;
+  TurningBody body(own, inverse_tensor);
+  if (count == 1) {
+    const Vector3 turn = body.Advance(h);
+    body.KeepInvariants();
+    return orientation * (Composed(turn, TurnBetweenMomenta(body.momentum(), SmallTurn(turn).conjugate() * own)) / h);
+  }
   Quaternion turned = orientation;
   Vector3 expected = Vector3::Zero();
   for (int i = 0; i < count; ++i) {
     const Vector3 rotation = body.Advance(h);
     expected += turned * rotation;
     turned = (turned * SmallTurn(rotation)).normalized();
-    body.KeepSize();
+    body.KeepInvariants();
   }
+  turned *= SmallTurn(TurnBetweenMomenta(body.momentum(), turned.conjugate() * momentum));
   return Logarithm(turned * orientation.conjugate(), expected) / time;
 }
 
@@ -297,9 +344,11 @@ FreeRotation::FreeRotation(const Quaternion& before, const Vector3& spin_before,
     const int count = CountSteps(spin_before.norm(), kAngleMax, time, kInnerStepsMax);
     TurningBody body(body_momentum, mass.inverse_tensor);
     for (int i = 0; i < count; ++i) {
-      if (i > 0) body.KeepSize();
       orientation = (orientation * SmallTurn(body.Advance(time / count))).normalized();
+      body.KeepInvariants();
     }
+    orientation *= SmallTurn(TurnBetweenMomenta(body.momentum(), orientation.conjugate() * momentum));
+    orientation.normalize();
   }
   spin = orientation * BodySpin(orientation, momentum, mass.inverse_tensor);
 }

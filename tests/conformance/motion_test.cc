@@ -64,6 +64,75 @@ TEST_P(Motion, OfAThinRodThatTumblesKeepsItsEnergy) {
   }
 }
 
+// How a body with the moments `moments` (ascending) turns over that begins with the spin `spin` about the middle axis
+// and a little, `beside`, about the last one: in half a period of Jacobi's sine, Landau and Lifshitz, Mechanics, 37.
+struct TurningOver {
+  TurningOver(const Vector3& moments, double spin, double beside) {
+    const double a = moments[0], b = moments[1], c = moments[2];
+    const double energy = b * spin * spin + c * beside * beside;
+    const double above = c * (c - b) * beside * beside;  // L^2 - 2 E b
+    const double wide = above + (b - a) * energy;        // L^2 - 2 E a
+    const double rate = std::sqrt((c - b) * wide / (a * b * c));
+    double mean = 1, complement = std::sqrt((c - a) * above / ((c - b) * wide));
+    while (mean - complement > 1e-15) {
+      const double product = mean * complement;
+      mean = (mean + complement) / 2;
+      complement = std::sqrt(product);
+    }
+    period = std::numbers::pi / mean / rate;
+    const double rounded = kSameEnergy * (1 / a + 1 / b + 1 / c) * b * energy;
+    shift = b * rounded / above / rate;
+  }
+
+  // See core/src/free_rotation.cc.
+  static constexpr double kSameEnergy = 4e-15;
+  double period = 0;  // s, from one time to the next
+  double shift = 0;   // s, by which a period changes with what the energy may be off by
+};
+
+// What steps miss of energy and momentum is nothing beside how much a body has of both, but not beside what parts it
+// from one that turns over never.
+TEST_P(Motion, TurnsABodyOverAsOftenAsEllipticIntegralsSay) {
+  Proves({Claim::kFreeRotation});
+  constexpr double kStep = 1.0 / 60, kDuration = 60;
+  for (const Vector3& moments :
+       {Vector3(2, 3, 4), Vector3(0.08, 0.24, 0.25), Vector3(0.6, 1, 1.3), Vector3(0.1, 1, 1.05)}) {
+    for (const double beside : {1e-2, 1e-4}) {
+      for (const bool engine_only : {false, true}) {
+        constexpr double kSpin = 5;
+        const auto world =
+            testing::MakeWorld(WorldDesc{.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false});
+        StepperDesc stepper{.step_size = kStep};
+        stepper.engine_only = engine_only;
+        Do(*world, SetStepper{stepper});
+        EntityDesc desc = Ball({0, 0, 0}, 0.1);
+        desc.rigid_body->inertia.tensor = moments.asDiagonal();
+        desc.rigid_body->angular_velocity = {0, kSpin, beside};
+        const EntityId id = Add(*world, desc);
+        std::vector<double> times;
+        double before = kSpin;
+        for (int i = 1; i * kStep < kDuration; ++i) {
+          Steps(*world, 1);
+          const double now =
+              (world->state().pose(EntityRow{id.index()}).orientation.conjugate() * SpinOf(*world, id)).y();
+          if (now * before < 0) times.push_back((i + now / (before - now)) * kStep);
+          before = now;
+        }
+        const TurningOver wanted(moments, kSpin, beside);
+        const auto name = ::testing::Message() << moments.transpose() << ", beside " << beside;
+        ASSERT_EQ(times.size(), static_cast<size_t>(kDuration / wanted.period + 0.5)) << name;
+        // Each period is off by what all before it were; the rest is where between two steps it crosses zero.
+        double expected = wanted.period / 2, error = 1e-3;
+        for (const double time : times) {
+          EXPECT_NEAR(time, expected, error) << name;
+          error += (expected / wanted.period + 1) * wanted.shift;
+          expected += wanted.period;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(Motion, IsExactUnderAForceThatStartsAndEnds) {
   const double h = 1.0 / 60;
   const auto world = WorldOf(GetParam(), h);

@@ -114,7 +114,7 @@ TEST(MeanFreeSpin, KeepsTheEnergyOfWhatTurnsFastForAHundredThousandSteps) {
       for (int i = 0; i < 100'000; ++i) {
         orientation = Turned(orientation, MeanFreeSpin(orientation, momentum, inverse, kTime), kTime);
       }
-      EXPECT_NEAR(energy() / before, 1, 1e-4) << moments.transpose() << " at " << spin;
+      EXPECT_NEAR(energy() / before, 1, 1e-10) << moments.transpose() << " at " << spin;
     }
   }
 }
