@@ -1,5 +1,8 @@
 #include "impact_motion.h"
 
+#include <limits>
+#include <numbers>
+
 #include "free_rotation.h"
 
 namespace genphys {
@@ -68,6 +71,26 @@ Pose ImpactMotion::PoseBefore(double time) const {
   const Quaternion orientation = is_led_ ? Turned(pose_.orientation, time / 2 * turning_ - turn_, time)
                                          : TurnedFreely(known_, momentum_, *mass_, known_time_ - time);
   return {center - orientation * mass_->center_of_mass, orientation};
+}
+
+// What is accelerated by no more than a leaves a chord that takes it the time t by no more than a t^2 / 8.
+double ImpactMotion::BowMax(double time, double reach) const {
+  double spin = 0, turning = 0;  // rad/s and rad/s^2, at most
+  if (is_led_) {
+    spin = turn_.norm() + time * turning_.norm();
+    turning = turning_.norm() + spin * spin;
+  } else {
+    spin = angular_velocity().norm();
+    if (mass_ != nullptr) {
+      // Of three moments two differ by no more than the third one: the spin w of a free body changes by no more than
+      // w^2 / sqrt(3).
+      const double left = 1 - time * spin / std::numbers::sqrt3;
+      if (left <= 0) return std::numeric_limits<double>::infinity();
+      spin /= left;
+      turning = spin * spin / std::numbers::sqrt3;
+    }
+  }
+  return time * time / 8 * (acceleration_.norm() + reach * (spin * spin + turning));
 }
 
 void ImpactMotion::GoFrom(double time) {

@@ -27,6 +27,9 @@ class ImpactMotion {
   Pose PoseBefore(double time) const;
   /// Where the point was about which it turns: the centre of mass, or the origin of the frame if nothing moves it.
   Vector3 CenterBefore(double time) const;
+  /// How far (m) in the last `time` seconds a point that is no more than `reach` (m) from there may leave the straight
+  /// line between where it is when they begin and when they end; infinite where that cannot be told.
+  double BowMax(double time, double reach) const;
   /// From now on it works poses out from where it was `time` before the end: those near to that cost less then.
   void GoFrom(double time);
   /// How the body moved there.

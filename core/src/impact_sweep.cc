@@ -122,6 +122,11 @@ class Sweeper {
     Vector3 relative;  // m, its way past the other one
     double bend;       // m, by which the middle of the other one leaves the straight way
   };
+  // Of what turns.
+  struct Passage {
+    Placement end;
+    Bounds bounds;  // of all of its way, in its frame as it is at the end
+  };
   struct Candidate {
     uint32_t sweep;
     GeometryRow other;
@@ -139,6 +144,11 @@ class Sweeper {
   // About which it turns, in its frame.
   Vector3 CenterOf(EntityRow row) const {
     return IsMoved(row) ? world_.scene.entities[Index(row)]->mass.center_of_mass : Vector3(Vector3::Zero());
+  }
+
+  // From there to all of a geometry, m.
+  double ReachOf(EntityRow row, const Geometry& geometry) const {
+    return (geometry.pose_in_entity.position - CenterOf(row)).norm() + BoundingRadius(geometry.shape);
   }
 
   ImpactMotion MotionOf(const FlownWay& way) const {
@@ -182,11 +192,12 @@ class Sweeper {
     const bool walks = sweeps_.size() * kPairsPerSearch >= near_.pairs().size();
     bool is_known = false;
     for (uint32_t i = 0; i < sweeps_.size(); ++i) {
-      const Sweep& sweep = sweeps_[i];
+      Sweep& sweep = sweeps_[i];
       if (walks && near_.KnowsAllIn(sweep.own, sweep.bounds)) {
         is_known = true;
       } else {
         searched_.push_back(i);
+        if (sweep.reach > 0) KeepToPassage(sweep);
         near_.VisitOthers(world_.rule, sweep.own, sweep.bounds, [&](GeometryRow other) {
           const PairRule::Verdict verdict = world_.rule.Decide(sweep.own, other);
           if (verdict == PairRule::Verdict::kIgnore) return;
@@ -199,6 +210,17 @@ class Sweeper {
       AddKnown(pair.entity_a, pair.a, pair.b, pair.is_sensor);
       AddKnown(pair.entity_b, pair.b, pair.a, pair.is_sensor);
     }
+  }
+
+  // What is long and turns comes near to far fewer than are as near to its middle as its ends.
+  void KeepToPassage(Sweep& sweep) {
+    const Passage& passage = PassageOf(sweep);
+    if (!passage.bounds.min.allFinite()) return;
+    const Vector3 middle = passage.end.Transform((passage.bounds.min + passage.bounds.max) / 2);
+    const Vector3 extent = passage.end.rotation.cwiseAbs() * ((passage.bounds.max - passage.bounds.min) / 2);
+    const Bounds passed{middle - extent, middle + extent};
+    if (!passed.Overlaps(sweep.bounds)) return;
+    sweep.bounds = {sweep.bounds.min.cwiseMax(passed.min), sweep.bounds.max.cwiseMin(passed.max)};
   }
 
   // Two whose ways cross may both be past the other one by now. One that stays in its neighbourhood is found there.
@@ -280,6 +302,7 @@ class Sweeper {
     const double time = std::min(sweep.way->time, std::as_const(world_.free_since)[target]);
     const Encounter encounter = EncounterOf(sweep, target, there, time);
     if (StaysClear(sweep, encounter, there)) return;
+    if (sweep.reach > 0 && TurnsClear(sweep, encounter, target, there)) return;
     const std::optional<Hit> hit =
         sweep.reach > 0 ? MeetTurning(sweep, encounter, target, there) : MeetStraight(sweep, encounter, there);
     if (!hit) return;
@@ -315,6 +338,37 @@ class Sweeper {
     return (between - nearest * relative).squaredNorm() > reach * reach;
   }
 
+  // Whether what turns is clear of the other one's bounds in its own frame, however slender the two are.
+  bool TurnsClear(const Sweep& sweep, const Encounter& encounter, EntityRow target, const Geometry& there) {
+    const Passage& passage = PassageOf(sweep);
+    const auto is_clear = [&](const Bounds& others) { return !passage.bounds.Overlaps(others); };
+    const auto bounds_at = [&](const Placement& place) { return BoundsOf(there.shape, passage.end.ToLocal(place)); };
+    if (SpinOf(target).isZero(0)) {
+      const Vector3 way = passage.end.rotation.transpose() * (encounter.time * VelocityOf(target));
+      const Bounds before = bounds_at(encounter.target);
+      return is_clear(before.Union(before.Shifted(way)));
+    }
+    const ImpactMotion others = StraightMotionOf(target);
+    const Placement now = ToPlacement(others.pose()), before = ToPlacement(others.PoseBefore(encounter.time));
+    const Bounds ends =
+        bounds_at(PlacedIn(now, there.pose_in_entity)).Union(bounds_at(PlacedIn(before, there.pose_in_entity)));
+    return is_clear(ends.Widened(others.BowMax(encounter.time, ReachOf(target, there))));
+  }
+
+  // Those of one sweep are looked at one after the other.
+  const Passage& PassageOf(const Sweep& sweep) {
+    if (passage_of_ == &sweep) return passage_;
+    const ImpactMotion& motion = MotionOn(*sweep.way);
+    const Shape& shape = sweep.geometry->shape;
+    const Pose& place = sweep.geometry->pose_in_entity;
+    passage_of_ = &sweep;
+    passage_.end = PlacedIn(ToPlacement(motion.pose()), place);
+    const Placement start = PlacedIn(ToPlacement(motion.PoseBefore(sweep.way->time)), place);
+    const Bounds ends = BoundsOf(shape, {}).Union(BoundsOf(shape, passage_.end.ToLocal(start)));
+    passage_.bounds = ends.Widened(motion.BowMax(sweep.way->time, sweep.reach));
+    return passage_;
+  }
+
   static std::optional<Hit> MeetStraight(const Sweep& sweep, const Encounter& encounter, const Geometry& there) {
     const auto& [time, start, target, relative, bend] = encounter;
     const Shape& shape = sweep.geometry->shape;
@@ -336,9 +390,8 @@ class Sweeper {
                         (own.angular_velocity() - spin).norm() * sweep.reach;
     const double unseen = UnseenWay(sweep.geometry->shape);
     if (slip * encounter.time <= unseen) return std::nullopt;
-    const double reach = (there.pose_in_entity.position - CenterOf(target)).norm() + BoundingRadius(there.shape);
     const TurningGeometry mine{own, *sweep.geometry, sweep.reach};
-    const TurningGeometry theirs{others, there, IsConvex(there.shape) ? reach : 0};
+    const TurningGeometry theirs{others, there, IsConvex(there.shape) ? ReachOf(target, there) : 0};
     const auto meets = [&](double depth) -> std::optional<Hit> {
       const std::optional<TurnedMeeting> meeting = FindTurnedMeeting(mine, theirs, encounter.time, unseen, depth);
       if (!meeting) return std::nullopt;
@@ -370,6 +423,8 @@ class Sweeper {
   std::vector<Sweep> sweeps_;
   std::optional<ImpactMotion> motion_;
   const FlownWay* motion_of_ = nullptr;
+  Passage passage_;
+  const Sweep* passage_of_ = nullptr;
   std::vector<Candidate> candidates_;
   std::vector<uint32_t> searched_;  // that leave the neighbourhood of which all near pairs are known
 };
