@@ -289,7 +289,9 @@ std::vector<FlownWay> StepRun::NewWays(const Impacts& impacts, std::vector<Flown
 // Adds the ways of those that go far and cross one of `ways`: where they are by now is no more in its way.
 void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const {
   const auto around = [&](const FlownWay& way) {
-    const Vector3 end = state_.pose(way.row).position, reach = Vector3::Constant(world_.reaches_[Index(way.row)]);
+    const Vector3 end = state_.pose(way.row).position;
+    const double arm = world_.scene_.entities[Index(way.row)]->mass.center_of_mass.norm();
+    const Vector3 reach = Vector3::Constant(arm + world_.reaches_[Index(way.row)]);
     return Bounds{way.start.position.cwiseMin(end) - reach, way.start.position.cwiseMax(end) + reach};
   };
   std::vector<Bounds> boxes;

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "cat.h"
-#include "genphys/bounds.h"
 #include "genphys/limits.h"
 #include "initial_world.h"
 #include "joint_step.h"
 #include "near_pairs.h"
+#include "reach.h"
 #include "sleeping.h"
 #include "state_hash.h"
 #include "step_scratch.h"
@@ -25,16 +25,6 @@ EntityDesc GroundPlane() {
   ground.display_name = "ground";
   ground.rigid_body = RigidBody{.motion_type = MotionType::kStatic, .geometries = {Geometry{.shape = Plane{}}}};
   return ground;
-}
-
-// m, from the centre of mass to the farthest point.
-double ReachOf(const RigidBody& body, const Vector3& center_of_mass) {
-  double reach = 0;
-  for (const Geometry& geometry : body.geometries) {
-    const double arm = (geometry.pose_in_entity.position - center_of_mass).norm();
-    reach = std::max(reach, arm + BoundingRadius(geometry.shape));
-  }
-  return reach;
 }
 
 Status CheckWorld(const WorldDesc& desc) {
@@ -224,7 +214,7 @@ void World::AddToEngine(EntityRow row) {
   const RigidBody& body = *entity.desc->rigid_body;
   engine_->AddBody({row, entity.id, body, entity.mass, geometry_rows_[Index(row)]}, state_);
   near_->Add(rule_, {body, geometry_rows_[Index(row)]}, state_.pose(row), true);
-  reaches_[Index(row)] = ReachOf(body, entity.mass.center_of_mass);
+  reaches_[Index(row)] = ReachFrom(entity.mass.center_of_mass, body);
   flown_[Index(row)] = false;
   SetActive(row, true);
   UpdateActive(row);

@@ -69,6 +69,21 @@ TEST_P(Flight, OfManyBodiesOfManyPartsIsNotTakenForACrowd) {
   }
 }
 
+// Its farthest points are corners, and not where a ball around each part ends.
+TEST_P(Flight, OfWhatHasPartsNeedsNoMoreRoomThanItTakesToTurn) {
+  const auto world = MakeSpace(GetParam(), Vector3::Zero());
+  for (const double x : {0.0, 1.1}) {
+    EntityDesc cube = Body(Box{{0.3, 0.3, 0.15}}, {x, 0, 0});
+    Geometry half = cube.rigid_body->geometries.front();
+    half.pose_in_entity.position = {0, 0, 0.15};
+    cube.rigid_body->geometries.front().pose_in_entity.position = {0, 0, -0.15};
+    cube.rigid_body->geometries.push_back(half);
+    Add(*world, cube);
+  }
+  Steps(*world, 1);
+  EXPECT_EQ(world->stats().entities_in_flight, 2u);
+}
+
 // In a step they go past many places where somebody else is in some other step, and hardly ever meet.
 TEST_P(Flight, OfFewInMuchRoomIsNoCrowdHoweverFastTheyAre) {
   constexpr int kRow = 10;
