@@ -122,8 +122,9 @@ void World::ApplyOne(const Command& command) {
   } else if (const auto* motors = std::get_if<SetMotorColumns>(&command)) {
     Drive(*motors);
   } else if (const auto* gravity = std::get_if<SetGravity>(&command)) {
+    // Some tell it before every step, whether it changed or not.
+    if (gravity->gravity != scene_.world.gravity) WakeAll();
     scene_.world.gravity = gravity->gravity;
-    WakeAll();
   } else if (const auto* stepper = std::get_if<SetStepper>(&command)) {
     scene_.world.stepper = stepper->stepper;
     if (engine_ != nullptr) engine_->SetStepper(backend_->Resolve(stepper->stepper));

@@ -343,6 +343,18 @@ TEST_P(Sleeping, WhoIsLetGoInItsSleepGoesFromThenOnAsTheClosedFormSays) {
   }
 }
 
+TEST_P(Sleeping, NobodyWakesForTheGravityThatThereIs) {
+  const auto world = MakeWorld();
+  const EntityId ball = Add(*world, Ball({0, 0, 0.5}));
+  Steps(*world, 120);
+  ASSERT_TRUE(Asleep(*world, ball));
+  const Vector3 gravity = world->scene().world.gravity;
+  Do(*world, SetGravity{gravity});
+  EXPECT_TRUE(Asleep(*world, ball));
+  Do(*world, SetGravity{2 * gravity});
+  EXPECT_FALSE(Asleep(*world, ball));
+}
+
 TEST_P(Sleeping, WhateverIsPutIntoASleeperWakesIt) {
   for (const MotionType motion : {MotionType::kStatic, MotionType::kKinematic}) {
     const auto world = MakeWorld();
