@@ -55,7 +55,8 @@ class Event:
     @property
     def entities(self) -> tuple[Entity, ...]:
         """The entities that it names."""
-        values = (getattr(self, field.name) for field in dataclasses.fields(self))
+        names = (field.name for field in dataclasses.fields(self) if field.name != "info")
+        values = (getattr(self, name) for name in names)
         return tuple(value for value in values if isinstance(value, Entity))
 
     def involves(self, entity: object) -> bool:
@@ -211,7 +212,25 @@ class EntityFaulted(Event):
 
 
 @dataclasses.dataclass(frozen=True)
-class EntityCreated(Event):
+class _Described(Event):
+    """What brings a whole description, which is read when somebody asks for it: most never do."""
+
+    def __getattr__(self, name: str) -> Any:
+        # Asked only for what is not there yet.
+        message = self.__dict__.get("_message") if name == "info" else None
+        if message is None:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        self.__dict__["info"] = _decode.entity_info(message)
+        self.__dict__.pop("_message", None)
+        return self.__dict__["info"]
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Copies, and what is stored, have no message.
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
+
+@dataclasses.dataclass(frozen=True)
+class EntityCreated(_Described):
     """An entity appeared; `info` is as it was then."""
 
     entity: Entity
@@ -219,7 +238,7 @@ class EntityCreated(Event):
 
 
 @dataclasses.dataclass(frozen=True)
-class EntityUpdated(Event):
+class EntityUpdated(_Described):
     """The description of an entity changed; `info` is as it was then, `changed` are the paths."""
 
     entity: Entity
@@ -298,14 +317,19 @@ def _moving(kind: Any) -> Decoder:
     return lambda step, sequence, body, of: kind(step, sequence, of(body.entity_id), body.rotation)
 
 
+def _described(event: type[Event], message: Any, **values: Any) -> Event:
+    described = event.__new__(event)
+    described.__dict__.update(values, entity=Entity(message.id, message.display_name), _message=message)
+    return described
+
+
 def _created(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
-    info = _decode.entity_info(body.entity)
-    return EntityCreated(step, sequence, info.entity, info)
+    return _described(EntityCreated, body.entity, step=step, sequence=sequence)
 
 
 def _updated(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
-    info = _decode.entity_info(body.entity)
-    return EntityUpdated(step, sequence, info.entity, info, tuple(body.changed.paths))
+    changed = tuple(body.changed.paths)
+    return _described(EntityUpdated, body.entity, step=step, sequence=sequence, changed=changed)
 
 
 def _side(number: int, of: EntityOf) -> Entity | None:

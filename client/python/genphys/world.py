@@ -405,7 +405,7 @@ class World(Commands, Queries):
     def _event(self, message: Any) -> Event:
         event = decode(message, self._entity)
         if isinstance(event, (EntityCreated, EntityUpdated)):
-            self._learn(event.info)
+            self._names[event.entity.id] = event.entity.name
         return event
 
     def _entity(self, number: int) -> Entity:

@@ -1,5 +1,8 @@
 """Streams come back after a lost connection, lose and repeat nothing in silence, and end when told to."""
 
+import copy
+import dataclasses
+import pickle
 import threading
 import time
 
@@ -8,6 +11,7 @@ import pytest
 from fake_server import EPOCH, FakeServer, batch, refuse
 
 import genphys
+from genphys import events
 from genphys._contract import wire
 
 SLEPT = {"entity_slept": {"entity_id": 5}}
@@ -60,6 +64,31 @@ def test_events_come_typed_and_in_order_and_know_names():
     assert type(unknown) is genphys.Event
     with pytest.raises(AttributeError):
         touch.step = 3
+
+
+def test_a_description_is_read_only_when_somebody_asks_for_it(monkeypatch):
+    body = {"geometries": [{"shape": {"sphere": {"radius": 0.25}}}]}
+    entity = {"id": 5, "display_name": "ball", "rigid_body": body}
+
+    def watch(request, context):
+        changed = {"entity": entity, "changed": {"paths": ["pose"]}}
+        yield batch(1, {"entity_created": {"entity": entity}}, {"entity_updated": changed})
+
+    read = []
+    entity_info = events._decode.entity_info
+    monkeypatch.setattr(events._decode, "entity_info", lambda message: read.append(1) or entity_info(message))
+    with serving(watch) as server:
+        created, updated = list(lab(server).events())
+
+    assert (str(created.entity), created.involves(5), updated.changed) == ("ball", True, ("pose",))
+    assert not read
+    # Once, and the same values from then on, in copies too.
+    assert created.info is created.info and len(read) == 1
+    assert pickle.loads(pickle.dumps(updated)) == updated == copy.copy(updated) and len(read) == 2
+    assert created.info.geometries[0].shape.radius == 0.25 and "radius=0.25" in repr(updated)
+    assert dataclasses.replace(created, step=7).info == created.info
+    with pytest.raises(AttributeError):
+        created.nothing
 
 
 def test_a_lost_connection_is_taken_up_where_it_broke_and_nothing_comes_twice():
