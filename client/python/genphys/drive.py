@@ -31,6 +31,7 @@ class Drive:
         self._world = world
         self._in_flight: collections.deque[PreparedStep] = collections.deque()
         self._requests: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._closed = False
         self._call = connection.stream("Drive", iter(self._requests.get, None))
         connection.keep(self)
 
@@ -64,8 +65,11 @@ class Drive:
         """Asks for what `World.step` asks for, with the commands collected so far, and returns at once.
 
         Raises:
-            ValueError: `IN_FLIGHT_MAX` are in flight.
+            ValueError: `IN_FLIGHT_MAX` are in flight, or it was closed.
         """
+        if self._closed:
+            # What it would take along would be lost.
+            raise ValueError("this drive is closed: open another one with world.drive()")
         if len(self._in_flight) >= IN_FLIGHT_MAX:
             raise ValueError(f"{IN_FLIGHT_MAX} steps are in flight: receive one first")
         request = self._world._step_request(
@@ -100,5 +104,6 @@ class Drive:
 
     def close(self) -> None:
         """Ends the stream; may be called again."""
+        self._closed = True
         self._requests.put(None)
         self._call.cancel()

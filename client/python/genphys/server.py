@@ -171,10 +171,17 @@ class Server:
 
         Returns, in the order of `worlds`, what `World.step` would have returned, or in its place the exception that it
         would have raised: none of them harms the others. The arguments are those of `World.step`.
+
+        Raises:
+            ValueError: a world is at another address than this server.
         """
         worlds = [
             instance(world, World, f"worlds[{index}]") for index, world in enumerate(items(worlds, "worlds"))
         ]
+        for index, world in enumerate(worlds):
+            # There may be one of the same name here.
+            if world._connection.address != self.address:
+                raise ValueError(f"worlds[{index}] is at {world._connection.address}, not at {self.address}")
         requests = [
             world._step_request(
                 steps, frame=frame, events=events, stats=stats, step_size=step_size, expected_step=None

@@ -59,6 +59,18 @@ def test_one_world_that_refuses_does_not_harm_the_others(server, engine):
     assert server.step_worlds([]) == []
 
 
+def test_a_world_of_another_server_is_not_taken_for_one_of_the_same_name(server):
+    with genphys.launch() as other, server.create_world(name="twin") as world:
+        twin = other.create_world(name="twin")
+        with pytest.raises(ValueError, match=r"worlds\[1\]"):
+            server.step_worlds([world, twin])
+
+        assert world.info().stamp.step == 0
+        # Another connection to the same server is as good.
+        with genphys.connect(server.address) as again:
+            assert again.step_worlds([world])[0].step == 1
+
+
 def test_what_a_batch_created_has_ids_when_its_steps_end_at_the_deadline(server, engine):
     def step_alone(world):
         with pytest.raises(genphys.DeadlineExceededError) as caught:
@@ -103,6 +115,19 @@ def test_steps_are_driven_without_waiting_for_each(world):
             drive.receive()
 
     assert heights == sorted(heights, reverse=True)
+
+
+def test_a_drive_that_was_closed_takes_no_commands_along(world):
+    drive = world.drive()
+    drive.close()
+    with world.batch() as batch:
+        ball = batch.add_sphere(position=(0, 0, 5))
+
+    with pytest.raises(ValueError, match="closed"):
+        drive.send()
+
+    frame = world.step()
+    assert ball.id in frame.ids
 
 
 def test_a_driven_step_that_is_refused_is_told_in_its_place(world):
