@@ -1,5 +1,6 @@
 // What resists rolling and spinning: a torque of at most coefficient times normal force, on every engine.
 #include <cmath>
+#include <limits>
 
 #include "engine_test.h"
 
@@ -141,6 +142,19 @@ TEST_P(Rolling, IsTheSameWhateverTheSolver) {
 
     EXPECT_NEAR(VelocityOf(*world, ball).x(), kSpeed - braking, 2 * braking * kStep);
     EXPECT_LE((PositionOf(*world, crate) - Vector3(0, 5, 0.5)).norm(), kTouch);
+  }
+}
+
+TEST_P(Rolling, HardlyResistedIsAsIfItWereNot) {
+  for (const double arm : {1e-20, 1e-160, 1e-250, std::numeric_limits<double>::denorm_min()}) {
+    const auto world = OnFloor(GetParam(), {.rolling_friction = arm, .spinning_friction = arm});
+    const EntityId ball = Add(*world, RollingBall({2, 0, 0}));
+    const EntityId crate = Add(*world, Crate({0, 5, 1.2}));
+
+    Steps(*world, 60);
+
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), 2, 1e-3) << arm;
+    EXPECT_NEAR(PositionOf(*world, crate).z(), 0.5, 0.01) << arm;
   }
 }
 

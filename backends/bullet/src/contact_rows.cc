@@ -94,6 +94,9 @@ Eigen::Vector2d NearestInDisc(const Eigen::Matrix2d& mobility, const Eigen::Vect
   constexpr int kShiftsMax = 8;
   constexpr double kNear = 1e-6;
   if (!(most > 0)) return Eigen::Vector2d::Zero();
+  // So much smaller than what is wanted that mobility is nothing beside the shift, which may be beyond all numbers.
+  constexpr double kTiny = 1e-15;
+  if (kTiny * wanted.norm() > most * mobility.trace()) return most * wanted.normalized();
   double shift = 0;
   Eigen::Vector2d impulse;
   for (int i = 0; i < kShiftsMax; ++i) {
