@@ -41,7 +41,7 @@ TEST_P(Locks, KeepAPileInItsPlane) {
   }
   const StateArrays before = world->state();
 
-  Steps(*world, 300);
+  Steps(*world, 420);
 
   for (const EntityId id : ids) {
     EXPECT_EQ(PositionOf(*world, id).y(), before.positions(1, id.index())) << "not a bit";
