@@ -241,6 +241,45 @@ TEST_P(Lanes, LeaveNobodyUnmetWhoseWayIsCrossed) {
   }
 }
 
+// A ball hits a second one and throws it into the way of a third, in one substep at whose end that is far away. Returns
+// how the third one goes on, if its frame is `aside` (m) from it.
+Vector3 CrossedWithItsFrameAside(const WorldDesc& desc, Random& random, const Vector3& aside) {
+  constexpr double kRadius = 0.1, kSpeed = 200, kAcross = 600;
+  const double hit = random.Uniform(0.1, 0.4) * kStep, meeting = random.Uniform(0.6, 0.95) * kStep;
+  const auto world = testing::MakeWorld(desc);
+  Require(*world, Feature::kContacts);
+  EntityDesc first = Ball({-2 * kRadius - kSpeed * hit, 0, 0}, kRadius);
+  first.rigid_body->linear_velocity = {kSpeed, 0, 0};
+  Add(*world, first);
+  Add(*world, Ball(Vector3::Zero(), kRadius));
+  const Vector3 across = kAcross * Vector3(0, 0.8, 0.6);
+  EntityDesc third = Ball(Vector3(kSpeed * (meeting - hit) + 0.03, 0, 0) - meeting * across - aside, kRadius);
+  third.rigid_body->geometries.front().pose_in_entity.position = aside;
+  third.rigid_body->linear_velocity = across;
+  const EntityId id = Add(*world, third);
+  Steps(*world, 1);
+  EXPECT_GT((VelocityOf(*world, id) - across).norm(), kSpeed / 10) << "they meet";
+  return VelocityOf(*world, id);
+}
+
+TEST_P(Lanes, LeaveNobodyUnmetWhoseFrameIsElsewhere) {
+  Proves({Claim::kSphere, Claim::kRestitution});
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    for (const bool engine_only : {false, true}) {
+      WorldDesc desc{.engine = GetParam(), .gravity = Vector3::Zero(), .ground_plane = false};
+      desc.stepper.engine_only = engine_only;
+      desc.stepper.quality = Quality::kFast;
+      desc.default_material = {.friction = 0, .restitution = 1};
+      Random random(seed), again(seed);
+      const Vector3 aside = 10 * Random(seed + 100).Direction();
+      const Vector3 expected = CrossedWithItsFrameAside(desc, random, Vector3::Zero());
+      EXPECT_LE((CrossedWithItsFrameAside(desc, again, aside) - expected).norm(), 1e-3 * expected.norm())
+          << engine_only;
+    }
+  }
+}
+
 TEST_P(Lanes, ThatAreLeftGiveTheSameBitsAgain) {
   std::vector<uint64_t> hashes;
   for (int run = 0; run < 2; ++run) {
