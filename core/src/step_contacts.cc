@@ -288,18 +288,21 @@ std::vector<FlownWay> StepRun::NewWays(const Impacts& impacts, std::vector<Flown
 
 // Adds the ways of those that go far and cross one of `ways`: where they are by now is no more in its way.
 void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const {
+  // Of the mass centre: the frame may be anywhere else, and goes round it.
+  const auto ends = [&](const FlownWay& way) {
+    const Vector3& center = world_.scene_.entities[Index(way.row)]->mass.center_of_mass;
+    return std::pair(way.start.Transform(center), state_.pose(way.row).Transform(center));
+  };
   const auto around = [&](const FlownWay& way) {
-    const Vector3 end = state_.pose(way.row).position;
-    const double arm = world_.scene_.entities[Index(way.row)]->mass.center_of_mass.norm();
-    const Vector3 reach = Vector3::Constant(arm + world_.reaches_[Index(way.row)]);
-    return Bounds{way.start.position.cwiseMin(end) - reach, way.start.position.cwiseMax(end) + reach};
+    const auto [start, end] = ends(way);
+    return Bounds{start.cwiseMin(end), start.cwiseMax(end)}.Widened(world_.reaches_[Index(way.row)]);
   };
   std::vector<Bounds> boxes;
   for (const FlownWay& way : ways) boxes.push_back(around(way));
   const auto own = static_cast<std::ptrdiff_t>(ways.size());
   for (const FlownWay& way : flown) {
-    const double length = (state_.pose(way.row).position - way.start.position).norm();
-    if (length <= ThicknessOf(*world_.scene_.entities[Index(way.row)])) continue;
+    const auto [start, end] = ends(way);
+    if ((end - start).norm() <= ThicknessOf(*world_.scene_.entities[Index(way.row)])) continue;
     if (std::ranges::binary_search(ways.begin(), ways.begin() + own, way.row, {}, &FlownWay::row)) continue;
     const Bounds box = around(way);
     if (std::ranges::any_of(boxes, [&](const Bounds& each) { return each.Overlaps(box); })) ways.push_back(way);
