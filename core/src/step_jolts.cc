@@ -17,6 +17,8 @@ namespace {
 constexpr double kMostly = 0.5;
 // The cosine between what others give a body and what pulls at it, turned round, from which on they bear it.
 constexpr double kBearing = 0.7;
+// Times what it seems to be and what pulls: nobody is owed more.
+constexpr double kFlung = 100;
 
 }  // namespace
 
@@ -167,12 +169,20 @@ class StepRun::Jolts {
     const double mass = MassOf(row);
     // Contacts are not all that holds it.
     if (IsOtherwiseHeld(row)) return;
-    const Vector3 velocity = owed.was_held ? Vector3(owed.impulse / mass) : Borne(row, owed);
-    const Vector3 twist = owed.was_held ? owed.twist : Vector3(Vector3::Zero());
     const Vector3 seemed = owed.seemed / mass;
+    const bool is_known = owed.was_held && !IsFlung(row, owed.impulse / mass, seemed);
+    const Vector3 velocity = is_known ? Vector3(owed.impulse / mass) : Borne(row, owed);
+    const Vector3 twist = is_known ? owed.twist : Vector3(Vector3::Zero());
     const bool is_jolted = (velocity - seemed).norm() > kMostly * std::max(velocity.norm(), seemed.norm());
     run_.scratch_.jolted.Set(row, is_jolted);
     Give(number, velocity, twist);
+  }
+
+  // What is squeezed between two gets impulses without bounds, which come to nothing only together: of two solves each
+  // they come to more than all of one, and of what pulls.
+  bool IsFlung(EntityRow row, const Vector3& velocity, const Vector3& seemed) const {
+    const double pull = h_ / 2 * std::as_const(run_.scratch_.accelerations)[row].norm();
+    return velocity.norm() > kFlung * (seemed.norm() + pull);
   }
 
   // What is owed to one of which no solve knows yet how it is held: by the ground all that pulls it there.
