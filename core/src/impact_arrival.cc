@@ -103,12 +103,18 @@ void Impacts::AddLoose(const Group& group) {
   std::ranges::for_each(group.linked.loose, add);
 }
 
+bool Impacts::IsSupport(const ContactPair& pair) const {
+  return std::ranges::any_of(supports_, [&](const Candidate& support) {
+    return support.pair.geometry_a == pair.geometry_a && support.pair.geometry_b == pair.geometry_b;
+  });
+}
+
 void Impacts::AddContacts() {
   for (const ContactPair& pair : world_.solved.pairs) {
     const bool is_member = GroupOf(pair.entity_a) != nullptr || GroupOf(pair.entity_b) != nullptr;
     if (!is_member || pair.is_sensor || IsJolted(pair.entity_a) || IsJolted(pair.entity_b)) continue;
     // What is hit now does not hold it.
-    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end() || IsSupport(pair)) continue;
     for (const ContactPoint& point : PointsOf(world_.solved, pair)) {
       const Vector3 impulse = point.normal_impulse * point.normal + point.friction_impulse;
       for (const auto& [side, sign] : {std::pair(pair.entity_a, -1.0), std::pair(pair.entity_b, 1.0)}) {

@@ -9,7 +9,6 @@
 namespace genphys {
 namespace {
 
-constexpr int kSizeMax = 3 * static_cast<int>(kBlowsAtOnce);
 using Vector2 = Eigen::Vector2d;
 using Matrix2 = Eigen::Matrix2d;
 
@@ -20,6 +19,9 @@ constexpr int kPatience = 8, kHaste = 2;
 constexpr std::array<double, 4> kFrictions{0, 0.3, 0.7, 1};
 // m/s.
 constexpr double kSettled = 1e-12;
+// A part of what is lacking. What something that moves by itself presses against what nothing moves has no solution,
+// and the impulses that come a little nearer to none grow without end.
+constexpr double kNearEnough = 0.01;
 // Of how a blow gives way: so much more it does in a step of the method. Points of a face bear a load in many ways, of
 // all of which this takes the smallest change.
 constexpr double kGive = 1e-8;
@@ -27,15 +29,16 @@ constexpr double kGive = 1e-8;
 // Which law a blow obeys: it has no impulse, holds its bodies together, rubs as hard as it can, or presses where
 // nothing can rub.
 enum class Law : uint8_t { kParts, kGrips, kSlips, kGlides };
-using Laws = std::array<Law, kBlowsAtOnce>;
 
 // Rates and impulses of all blows in a column, three each: along the normal and across it, twice. `kCount` is how many
-// there are, if that is known beforehand, or Eigen::Dynamic.
-template <int kCount>
+// there are, if that is known beforehand, or Eigen::Dynamic; `kMost` is how many there may be.
+template <int kCount, size_t kMost>
 class System {
  public:
   static constexpr int kSize = kCount == Eigen::Dynamic ? Eigen::Dynamic : 3 * kCount;
-  static constexpr int kRoom = kCount == Eigen::Dynamic ? kSizeMax : 3 * kCount;
+  // More would be too much for a stack.
+  static constexpr int kRoom = kMost <= kBlowsAtOnce ? 3 * static_cast<int>(kMost) : Eigen::Dynamic;
+  using Laws = std::array<Law, kMost>;
   using Column = Eigen::Matrix<double, kSize, 1, 0, kRoom, 1>;
   using Square = Eigen::Matrix<double, kSize, kSize, 0, kRoom, kRoom>;
 
@@ -52,27 +55,27 @@ class System {
     }
   };
 
+  /// On bodies that nothing ties together.
   System(std::span<const Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates)
-      : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()) {
+      : System(blows) {
+    std::array<std::array<Side, 2>, kMost> sides;
     for (size_t i = 0; i < blows.size(); ++i) {
-      axes_[i].col(0) = blows[i].normal;
-      axes_[i].col(1) = blows[i].normal.unitOrthogonal();
-      axes_[i].col(2) = blows[i].normal.cross(axes_[i].col(1));
-      for (const bool of_b : {false, true}) sides_[i][of_b] = SideOf(blows[i], axes_[i], of_b, bodies);
+      for (const bool of_b : {false, true}) sides[i][of_b] = SideOf(blows[i], axes_[i], of_b, bodies);
     }
     for (Eigen::Index i = 0; i < Count(); ++i) {
       for (Eigen::Index j = i; j < Count(); ++j) {
-        const Matrix3 answer = Answer(At(i), At(j));
+        const Matrix3 answer = Answer(sides[At(i)], sides[At(j)]);
         answers_.template block<3, 3>(3 * i, 3 * j) = answer;
         answers_.template block<3, 3>(3 * j, 3 * i) = answer.transpose();
       }
-      const Blow& blow = blows[At(i)];
-      impulses_.template segment<3>(3 * i) = axes_[At(i)].transpose() * (blow.impulse * blow.normal + blow.rubbing);
-      free_.template segment<3>(3 * i) = rates[At(i)];
-      scales_[At(i)] =
-          std::max(answers_.diagonal().template segment<3>(3 * i).maxCoeff(), std::numeric_limits<double>::min());
     }
-    free_.noalias() -= answers_ * impulses_;
+    Begin(rates);
+  }
+
+  /// Of which is known how `rates` answer to impulses, 1/kg.
+  System(std::span<const Blow> blows, const Eigen::MatrixXd& answers, std::span<const OfBlow> rates) : System(blows) {
+    answers_ = answers;
+    Begin(rates);
   }
 
   const Column& impulses() const { return impulses_; }
@@ -105,6 +108,26 @@ class System {
     Matrix3 turn;   // rad/s per N*s
   };
 
+  explicit System(std::span<const Blow> blows)
+      : blows_(blows), answers_(Size(), Size()), impulses_(Size()), free_(Size()) {
+    for (size_t i = 0; i < blows.size(); ++i) {
+      axes_[i].col(0) = blows[i].normal;
+      axes_[i].col(1) = blows[i].normal.unitOrthogonal();
+      axes_[i].col(2) = blows[i].normal.cross(axes_[i].col(1));
+    }
+  }
+
+  void Begin(std::span<const OfBlow> rates) {
+    for (Eigen::Index i = 0; i < Count(); ++i) {
+      const Blow& blow = blows_[At(i)];
+      impulses_.template segment<3>(3 * i) = axes_[At(i)].transpose() * (blow.impulse * blow.normal + blow.rubbing);
+      free_.template segment<3>(3 * i) = rates[At(i)];
+      scales_[At(i)] =
+          std::max(answers_.diagonal().template segment<3>(3 * i).maxCoeff(), std::numeric_limits<double>::min());
+    }
+    free_.noalias() -= answers_ * impulses_;
+  }
+
   Eigen::Index Count() const { return static_cast<Eigen::Index>(blows_.size()); }
   Eigen::Index Size() const { return 3 * Count(); }
   static size_t At(Eigen::Index i) { return static_cast<size_t>(i); }
@@ -123,10 +146,10 @@ class System {
   }
 
   // How the rates of one blow change with the impulses of another.
-  Matrix3 Answer(size_t to, size_t of) const {
+  static Matrix3 Answer(std::span<const Side, 2> to, std::span<const Side, 2> of) {
     Matrix3 sum = Matrix3::Zero();
-    for (const Side& here : sides_[to]) {
-      for (const Side& there : sides_[of]) {
+    for (const Side& here : to) {
+      for (const Side& there : of) {
         if (here.body != there.body || !here.is_movable) continue;
         sum += here.push.transpose().lazyProduct(there.shift) + here.lever.transpose().lazyProduct(there.turn);
       }
@@ -180,12 +203,11 @@ class System {
   }
 
   std::span<const Blow> blows_;
-  std::array<Matrix3, kBlowsAtOnce> axes_;
-  std::array<std::array<Side, 2>, kBlowsAtOnce> sides_;
-  Square answers_;                           // 1/kg
-  Column impulses_;                          // N*s
-  Column free_;                              // m/s, without impulses and beyond what is asked for
-  std::array<double, kBlowsAtOnce> scales_;  // 1/kg, by blow
+  std::array<Matrix3, kMost> axes_;
+  Square answers_;                    // 1/kg
+  Column impulses_;                   // N*s
+  Column free_;                       // m/s, without impulses and beyond what is asked for
+  std::array<double, kMost> scales_;  // 1/kg, by blow
 };
 
 // From `impulses` as near to the laws as it comes before so many iterations do not help, with a part of friction;
@@ -212,11 +234,10 @@ double Approach(const System& system, double friction, int patience, typename Sy
   return left;
 }
 
-template <int kCount>
-bool SolveSo(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
-             bool thoroughly) {
-  using Column = typename System<kCount>::Column;
-  const System<kCount> system(blows, bodies, rates);
+// It leaves no more than that part of what is lacking, or does nothing.
+template <typename System>
+bool SolveSo(std::span<Blow> blows, const System& system, bool thoroughly, double most = 1) {
+  using Column = typename System::Column;
   const double before = system.At(system.impulses(), 1).lacking.norm();
   Column impulses = system.impulses();
   double left = Approach(system, 1, thoroughly ? kPatience : kHaste, impulses);
@@ -230,7 +251,7 @@ bool SolveSo(std::span<Blow> blows, std::span<const StruckBody> bodies, std::spa
       impulses = others;
     }
   }
-  if (!(left < before)) return false;
+  if (!(left < most * before)) return false;
   for (size_t i = 0; i < blows.size(); ++i) {
     const Vector3 impulse = system.ImpulseOn(impulses, i);
     blows[i].impulse = std::max(impulse.dot(blows[i].normal), 0.0);
@@ -244,8 +265,13 @@ bool SolveSo(std::span<Blow> blows, std::span<const StruckBody> bodies, std::spa
 bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
                  bool thoroughly) {
   // Mostly the corners of a face.
-  const auto solve = blows.size() == 4 ? &SolveSo<4> : &SolveSo<Eigen::Dynamic>;
-  return solve(blows, bodies, rates, thoroughly);
+  if (blows.size() == 4) return SolveSo(blows, System<4, 4>(blows, bodies, rates), thoroughly);
+  return SolveSo(blows, System<Eigen::Dynamic, kBlowsAtOnce>(blows, bodies, rates), thoroughly);
+}
+
+bool SolveTiedAtOnce(std::span<Blow> blows, const Eigen::MatrixXd& answers, std::span<const OfBlow> rates,
+                     bool thoroughly) {
+  return SolveSo(blows, System<Eigen::Dynamic, kTiedBlowsAtOnce>(blows, answers, rates), thoroughly, kNearEnough);
 }
 
 }  // namespace genphys

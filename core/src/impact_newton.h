@@ -7,6 +7,8 @@ namespace genphys {
 
 /// More blows than this are not looked at all at once.
 inline constexpr size_t kBlowsAtOnce = 8;
+/// The same where joints pass blows on, so that sweeps need the more turns.
+inline constexpr size_t kTiedBlowsAtOnce = 32;
 
 /// Three numbers of a blow: along its normal, along normal.unitOrthogonal(), and along the cross product of these.
 using OfBlow = Vector3;
@@ -20,5 +22,10 @@ using OfBlow = Vector3;
 /// for frictional contact problems prone to Newton like solution methods", Comput. Methods Appl. Mech. Eng. 92 (1991).
 bool SolveAtOnce(std::span<Blow> blows, std::span<const StruckBody> bodies, std::span<const OfBlow> rates,
                  bool thoroughly);
+
+/// The same of blows of which is known how `rates` answer to impulses (1/kg, three rows and columns a blow), whatever
+/// ties their bodies together.
+bool SolveTiedAtOnce(std::span<Blow> blows, const Eigen::MatrixXd& answers, std::span<const OfBlow> rates,
+                     bool thoroughly);
 
 }  // namespace genphys

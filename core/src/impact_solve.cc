@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "disjoint_sets.h"
+#include "blow_groups.h"
 #include "genphys/leaps.h"
 #include "impact_newton.h"
 #include "settling.h"
@@ -37,6 +37,11 @@ constexpr size_t kFewBlows = 3;
 constexpr uint32_t kFirstSweeps = 4;
 constexpr uint32_t kManySweeps = 20;
 constexpr int kAxes = 3;  // of each blow
+// So often at most where joints pass blows on: who leaves or lands by a solve shows in the sweeps after it.
+constexpr int kTiedSolves = 4;
+// Times the momentum that the heaviest has by the fastest rate. What needs more is wedged: something that moves by
+// itself presses it against what does not give way, or holds it from two sides.
+constexpr double kWedged = 1e3;
 // Of masses.
 constexpr double kUneven = 8;
 // Kinetic energy may grow by rounding only.
@@ -44,46 +49,6 @@ constexpr double kEnergySlack = 1e-12;
 // The part of it that may be lost where a law asks for more than there is.
 constexpr double kEnergySpare = 1e-10;
 constexpr int kEnergyLooksMax = 40;
-
-// Sorts blows into groups that have no movable body in common, each in the order in which the blows came.
-class Groups {
- public:
-  Groups(std::span<const Blow> blows, std::span<const StruckBody> bodies, const Ties& ties) : sets_(bodies.size()) {
-    const auto is_movable = [&](uint32_t body) { return bodies[body].inverse_mass > 0; };
-    for (uint32_t body = 0; body < bodies.size(); ++body) {
-      const std::span<const uint32_t> tied = ties.With(body);
-      if (!tied.empty() && tied.front() != body) sets_.Join(tied.front(), body);
-    }
-    for (const Blow& blow : blows) {
-      if (is_movable(blow.body_a) && is_movable(blow.body_b)) sets_.Join(blow.body_a, blow.body_b);
-    }
-    order_.reserve(blows.size());
-    for (uint32_t i = 0; i < blows.size(); ++i) {
-      const Blow& blow = blows[i];
-      order_.emplace_back(sets_.Find(is_movable(blow.body_a) ? blow.body_a : blow.body_b), i);
-    }
-    std::sort(order_.begin(), order_.end());
-    size_t size = 0;
-    Walk([&](uint32_t) { ++size; }, [&] { largest_ = std::max(largest_, std::exchange(size, 0)); });
-  }
-
-  /// Blows of the largest one.
-  size_t largest() const { return largest_; }
-
-  // Calls visit(blow) for each blow, and done() after the last one of each group.
-  template <typename Visit, typename Done>
-  void Walk(Visit&& visit, Done&& done) const {
-    for (size_t i = 0; i < order_.size(); ++i) {
-      visit(order_[i].second);
-      if (i + 1 == order_.size() || order_[i + 1].first != order_[i].first) done();
-    }
-  }
-
- private:
-  DisjointSets sets_;
-  std::vector<std::pair<uint32_t, uint32_t>> order_;  // root and blow
-  size_t largest_ = 0;
-};
 
 // How sweeps come nearer. Two points of a body that are timed apart, and so lie a little askew, cannot both stand still
 // while one leaves faster than the other: what is left of that no sweep takes away.
@@ -157,7 +122,8 @@ class Group {
     const size_t turns_max = std::max(kTurnsMax, kWholeSweeps * blows_.size());
     if (!are_few) leaps_.Begin(kAxes * blows_.size(), 1);
     size_t turns = 0;
-    bool may_be_solved = !are_few && MayBeSolvedAtOnce();
+    int solves_left = are_few || !MayBeSolvedAtOnce() ? 0 : IsTied() ? kTiedSolves : 1;
+    uint32_t next_solve = kFirstSweeps;
     // Counted from one, so that each has a turn in the first.
     for (uint32_t sweep = 1; sweep <= sweeps_max && turns < turns_max; ++sweep) {
       double largest = 0;
@@ -172,15 +138,15 @@ class Group {
       }
       progress.Note(largest);
       if (largest <= settled || progress.IsStuck()) return;
-      if (sweep >= kFirstSweeps && may_be_solved && progress.TakesMoreThan(kManySweeps)) {
-        SettleAtOnce(false, sweep);
-        may_be_solved = false;
+      if (sweep >= next_solve && solves_left > 0 && progress.TakesMoreThan(kManySweeps)) {
+        solves_left -= SettleAtOnce(IsTied(), sweep) ? 1 : kTiedSolves / 2;
+        next_solve = sweep + kFirstSweeps;
       } else if (!are_few && sweep + Leaps::kSweepsBetween <= sweeps_max &&
                  turns + Leaps::kSweepsBetween * blows_.size() <= turns_max) {
         Leap(sweep);
       }
     }
-    if (sweeps_max == kSweepsMax && !progress.IsLittleLeft() && MayBeSolvedAtOnce() && IsUneven())
+    if (sweeps_max == kSweepsMax && !progress.IsLittleLeft() && MayBeSolvedAtOnce() && (IsTied() || IsUneven()))
       SettleAtOnce(true, kSweepsMax);
   }
 
@@ -249,12 +215,12 @@ class Group {
     }
     Ties none;
     SolveGroups(blows, bodies, none, [](Group& group) { group.Settle(kHandedSweeps); });
-    for (size_t i = 0; i < part.size(); ++i) blows_[part[i]].Take(blows[i], speeds_);
+    for (size_t i = 0; i < part.size(); ++i) blows_[part[i]].Take(blows[i], speeds_, passed_);
   }
 
-  bool MayBeSolvedAtOnce() const {
-    return blows_.size() <= kBlowsAtOnce && std::ranges::none_of(blows_, &Settling::is_tied);
-  }
+  bool MayBeSolvedAtOnce() const { return IsTied() || blows_.size() <= kBlowsAtOnce; }
+
+  bool IsTied() const { return std::ranges::any_of(blows_, &Settling::is_tied); }
 
   // Whether its masses are such that it may take sweeps too many.
   bool IsUneven() const {
@@ -290,8 +256,9 @@ class Group {
     }
   }
 
-  // What sweeps, of which this was the last one, did not bring to its end.
-  void SettleAtOnce(bool thoroughly, uint32_t sweep) {
+  // What sweeps, of which this was the last one, did not bring to its end. Whether it came nearer.
+  bool SettleAtOnce(bool thoroughly, uint32_t sweep) {
+    if (IsTied()) return SettleTiedAtOnce(thoroughly, sweep);
     std::array<Blow, kBlowsAtOnce> blows;
     std::array<OfBlow, kBlowsAtOnce> rates;
     const size_t count = blows_.size();
@@ -300,11 +267,66 @@ class Group {
       blows[i] = blows_[i].blow();
       rates[i] = blows_[i].Rates(speeds_);
     }
-    if (!SolveAtOnce(std::span(blows).first(count), bodies_, std::span(rates).first(count), thoroughly)) return;
+    if (!SolveAtOnce(std::span(blows).first(count), bodies_, std::span(rates).first(count), thoroughly)) return false;
     for (size_t i = 0; i < count; ++i) {
-      blows_[i].Take(blows[i], speeds_);
+      blows_[i].Take(blows[i], speeds_, passed_);
       NoteChange(blows[i], sweep);
     }
+    return true;
+  }
+
+  // The same of those that press or close: of what stands on the ground most corners do neither.
+  bool SettleTiedAtOnce(bool thoroughly, uint32_t sweep) {
+    std::vector<Settling*> part;
+    std::vector<Blow> blows;
+    std::vector<OfBlow> rates;
+    const bool are_many = blows_.size() > kTiedBlowsAtOnce;
+    for (Settling& settling : blows_) {
+      const OfBlow rate = settling.Rates(speeds_);
+      if (!settling.gives_way() || (are_many && !(settling.impulse()[0] > 0 || rate[0] < kSettled))) continue;
+      settling.Finish();
+      part.push_back(&settling);
+      blows.push_back(settling.blow());
+      rates.push_back(rate);
+    }
+    if (blows.size() > kTiedBlowsAtOnce || !SolveTiedAtOnce(blows, AnswersOf(part), rates, thoroughly)) return false;
+    const double most = kWedged * MomentumOf(part);
+    if (std::ranges::any_of(blows, [&](const Blow& blow) { return blow.impulse > most; })) return false;
+    for (size_t i = 0; i < blows.size(); ++i) {
+      part[i]->Take(blows[i], speeds_, passed_);
+      NoteChange(blows[i], sweep);
+    }
+    return true;
+  }
+
+  // What the heaviest body that they move has at the fastest rate before them, N*s.
+  double MomentumOf(std::span<Settling* const> part) const {
+    double mass = 0, rate = 0;
+    for (const Settling* const settling : part) {
+      const Blow& blow = settling->blow();
+      rate = std::max(rate, RelativeVelocity(blow, bodies_).norm() + blow.separation_speed);
+      VisitMoved(blow, [&](uint32_t body) {
+        if (bodies_[body].inverse_mass > 0) mass = std::max(mass, 1 / bodies_[body].inverse_mass);
+      });
+    }
+    return mass * rate;
+  }
+
+  // How rates of each answer to impulses of each, 1/kg.
+  Eigen::MatrixXd AnswersOf(std::span<Settling* const> part) {
+    const auto size = static_cast<Eigen::Index>(3 * part.size());
+    Eigen::MatrixXd answers(size, size);
+    const Speeds rest{Padded::Zero(), Padded::Zero()};
+    std::vector<Speeds> moved(speeds_.size(), rest);
+    for (Eigen::Index of = 0; of < size; ++of) {
+      const Settling& pushed = *part[static_cast<size_t>(of / 3)];
+      pushed.Push(static_cast<int>(of % 3), 1, moved, passed_);
+      for (Eigen::Index to = 0; to < size; to += 3) {
+        answers.block<3, 1>(to, of) = part[static_cast<size_t>(to / 3)]->Motion(moved);
+      }
+      VisitMoved(pushed.blow(), [&](uint32_t body) { moved[body] = rest; });
+    }
+    return answers;
   }
 
   // Whom it hits, and all that are tied to these.
@@ -417,7 +439,7 @@ class Group {
 
 template <typename Solve>
 void SolveGroups(std::span<Blow> blows, std::span<StruckBody> bodies, Ties& ties, Solve&& solve) {
-  const Groups groups(blows, bodies, ties);
+  const BlowGroups groups(blows, bodies, ties);
   Group group(bodies, ties, groups.largest());
   groups.Walk([&](uint32_t i) { group.Add(blows[i]); },
               [&] {

@@ -1,11 +1,21 @@
 // What stands on the ground and is hit. The ground takes part in the blow, so that nothing is driven into it, and the
 // body goes back to the time of the blow like one that flies, for it may be thrown along the ground then.
 #include <algorithm>
+#include <limits>
 
 #include "contact_points.h"
 #include "impacts.h"
 
 namespace genphys {
+namespace {
+
+// Of what joints hold together so many points where it is borne take part in a blow, those of the nearest bodies: with
+// the blow itself they are few enough to be solved at once, and of what joints pass on little comes far where all on
+// the way are borne.
+constexpr size_t kBornePointsMost = 28;
+
+}  // namespace
+
 // Finds out who is pressed against something. Who bears others or is borne by them would have to take all of them
 // along.
 void Impacts::FindStances(const ContactBuffer& contacts) {
@@ -56,21 +66,86 @@ void Impacts::AddSupports(const ContactBuffer& contacts) {
   AddBearers(contacts);
 }
 
+// Whether what bears it takes part in what hits it.
+bool Impacts::IsBorne(EntityRow row) const { return StandsOnGround(row) || IsTied(row); }
+
+// What nothing can move, and for what joints hold together all of that: it goes back as one, whatever it touches.
+bool Impacts::Bears(EntityRow bearer, EntityRow row) const {
+  if (!IsMovable(bearer)) return true;
+  return IsTied(row) && GroupOf(bearer) == GroupOf(row);
+}
+
 void Impacts::AddGround(const ContactBuffer& contacts) {
-  const auto stands = [&](const Struck& struck) { return StandsOnGround(struck.row); };
-  if (std::ranges::none_of(struck_, stands)) return;
+  if (std::ranges::none_of(struck_, [&](const Struck& struck) { return IsBorne(struck.row); })) return;
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
-    const auto is_borne = [&](EntityRow row) {
-      return std::as_const(world_.struck_index)[row] >= 0 && StandsOnGround(row);
+    const auto is_borne = [&](EntityRow row, EntityRow bearer) {
+      return std::as_const(world_.struck_index)[row] >= 0 && IsBorne(row) && Bears(bearer, row);
     };
-    const bool is_borne_a = is_borne(pair.entity_a), is_borne_b = is_borne(pair.entity_b);
-    if (is_borne_a ? IsMovable(pair.entity_b) : !is_borne_b || IsMovable(pair.entity_a)) continue;
+    const bool is_borne_a = is_borne(pair.entity_a, pair.entity_b);
+    if (!is_borne_a && !is_borne(pair.entity_b, pair.entity_a)) continue;
     if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
     const EntityRow borne = is_borne_a ? pair.entity_a : pair.entity_b;
     supports_.push_back({.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
     NumberOf(is_borne_a ? pair.entity_b : pair.entity_a);
   }
+  if (supports_.empty()) return;
+  for (const Group& group : groups_) {
+    if (group.is_tied) ChooseSupports(group);
+  }
+}
+
+// What something that moves by itself presses against what nothing moves, or against another such thing, has nowhere to
+// go, and no impulses let it: what bears it is left to the next solve.
+bool Impacts::IsSqueezed(const Group& group) const {
+  EntityRow known = kWorldRow;
+  bool are_several = false, is_driven = false;
+  const auto note = [&](EntityRow row, EntityRow other) {
+    if (GroupOf(row) != &group || IsMovable(other)) return;
+    are_several |= known != kWorldRow && known != other;
+    known = other;
+    const uint32_t column = Index(other);
+    is_driven |= !world_.state.linear_velocities.col(column).isZero(0);
+    is_driven |= !world_.state.angular_velocities.col(column).isZero(0);
+  };
+  for (const std::vector<Candidate>* const pairs : {&candidates_, &supports_}) {
+    for (const Candidate& each : *pairs) {
+      note(each.pair.entity_a, each.pair.entity_b);
+      note(each.pair.entity_b, each.pair.entity_a);
+    }
+  }
+  return (are_several && is_driven) || (known != kWorldRow && ties_.IsDriven(group.members.front()));
+}
+
+// Leaves of the supports of the group those that can take part.
+void Impacts::ChooseSupports(const Group& group) {
+  const auto is_of = [&](EntityRow row) { return GroupOf(row) == &group; };
+  const auto others = std::ranges::stable_partition(supports_, [&](const Candidate& support) {
+    return !is_of(support.pair.entity_a) && !is_of(support.pair.entity_b);
+  });
+  if (others.empty()) return;
+  if (IsSqueezed(group)) {
+    supports_.erase(others.begin(), others.end());
+    return;
+  }
+  std::vector<Vector3> hits;
+  for (const Candidate& candidate : candidates_) {
+    for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
+      if (is_of(row)) hits.push_back(world_.state.positions.col(Index(row)));
+    }
+  }
+  std::ranges::stable_sort(others, {}, [&](const Candidate& support) {
+    const EntityRow row = is_of(support.pair.entity_a) ? support.pair.entity_a : support.pair.entity_b;
+    const Vector3 position = world_.state.positions.col(Index(row));
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector3& hit : hits) least = std::min(least, (hit - position).squaredNorm());
+    return least;
+  });
+  size_t points = 0;
+  const auto is_too_far = [&](const Candidate& support) {
+    return (points += support.pair.point_count) > kBornePointsMost;
+  };
+  supports_.erase(std::ranges::find_if(others, is_too_far), others.end());
 }
 
 void Impacts::AddSupportBlows() {

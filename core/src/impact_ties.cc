@@ -21,6 +21,11 @@ const Impacts::Group* Impacts::GroupOf(EntityRow row) const {
   return group < 0 ? nullptr : &groups_[static_cast<size_t>(group)];
 }
 
+bool Impacts::IsTied(EntityRow row) const {
+  const Group* const group = GroupOf(row);
+  return group != nullptr && group->is_tied;
+}
+
 // Finds whom joints hold together with the candidates.
 void Impacts::FindGroups() {
   groups_.clear();

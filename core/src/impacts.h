@@ -61,7 +61,8 @@ struct SweptPair {
 /// ground takes part in the blow. What lies among others that move goes back when it meets something new that is held
 /// as well, as if it were held all the time; of that on which something lands the velocities alone change, and of those
 /// that bear it, down to the ground, to which it passes a blow on that throws back who lands. Joints pass a blow on to
-/// all that they hold, and all that go back together and forward again as joints let them.
+/// all that they hold, and what bears any of these takes part; all that go back together and forward again as joints
+/// let them.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
@@ -206,8 +207,12 @@ class Impacts {
   void NoteStance(const ContactPair& pair);
   bool IsMovable(EntityRow row) const;
   bool StandsOnGround(EntityRow row) const;
+  bool IsBorne(EntityRow row) const;
+  bool Bears(EntityRow bearer, EntityRow row) const;
   void AddSupports(const ContactBuffer& contacts);
   void AddGround(const ContactBuffer& contacts);
+  bool IsSqueezed(const Group& group) const;
+  void ChooseSupports(const Group& group);
   void AddSupportBlows();
   Vector3 CourseOf(EntityRow row) const;
   Vector3 PushOf(EntityRow row) const;
@@ -225,6 +230,7 @@ class Impacts {
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
   const Group* GroupOf(EntityRow row) const;
+  bool IsTied(EntityRow row) const;
   void FindGroups();
   void LeaveHeldToSolves();
   void TieStruck();
@@ -240,6 +246,7 @@ class Impacts {
   bool IsJolted(EntityRow row) const;
   void AddImpulse(EntityRow row, const Vector3& linear, const Vector3& angular);
   void AddLoose(const Group& group);
+  bool IsSupport(const ContactPair& pair) const;
   void AddContacts();
   std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;
   void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;

@@ -102,9 +102,14 @@ void Settling::Finish() {
   blow_->rubbing = impulse_[1] * first_ + impulse_[2] * second_;
 }
 
-void Settling::Take(const Blow& solved, std::span<Speeds> speeds) {
+void Settling::Push(int axis, double impulse, std::span<Speeds> speeds, std::span<const Passed> passed) const {
+  along_[axis].Push(impulse, speeds[blow_->body_a], speeds[blow_->body_b]);
+  if (is_tied_) along_[axis].PassOn(impulse, passed, speeds);
+}
+
+void Settling::Take(const Blow& solved, std::span<Speeds> speeds, std::span<const Passed> passed) {
   const Vector3 wanted(solved.impulse, solved.rubbing.dot(first_), solved.rubbing.dot(second_));
-  Push(wanted - impulse_, speeds, {});
+  Give(wanted - impulse_, speeds, passed);
 }
 
 void Settling::Leap(const Vector3& far, std::span<Speeds> speeds, std::span<const Passed> passed) {
@@ -112,7 +117,7 @@ void Settling::Leap(const Vector3& far, std::span<Speeds> speeds, std::span<cons
   wanted[0] = std::max(wanted[0], 0.0);
   const double bound = blow_->friction * wanted[0], size = wanted.tail<2>().norm();
   if (size > bound) wanted.tail<2>() *= bound / size;
-  Push(wanted - impulse_, speeds, passed);
+  Give(wanted - impulse_, speeds, passed);
 }
 
 // All that the turn changes is reckoned from the rates at its begin, so that the bodies are read and written once.
@@ -130,7 +135,7 @@ double Settling::Relax(std::span<Speeds> speeds, std::span<const Passed> passed)
     impulse.tail<2>() = Rubbed(slip, bound);
     changed = std::max(changed, (answers_.bottomRightCorner<2, 2>() * impulse.tail<2>()).cwiseAbs().maxCoeff());
   }
-  Push(impulse, speeds, passed);
+  Give(impulse, speeds, passed);
   return changed;
 }
 
@@ -139,13 +144,19 @@ double Settling::Settle(std::span<Speeds> speeds, std::span<const Passed> passed
   const Vector3 rates = Rates(speeds);
   if (rates[0] >= 0 && impulse_.isZero(0)) return 0;
   const Vector3 impulse = Settled(rates) - impulse_;
-  Push(impulse, speeds, passed);
+  Give(impulse, speeds, passed);
   return (answers_ * impulse).cwiseAbs().maxCoeff();
 }
 
-Vector3 Settling::Rates(std::span<const Speeds> speeds) const {
+Vector3 Settling::Motion(std::span<const Speeds> speeds) const {
   const Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
-  return {along_[0].Rate(a, b) - blow_->separation_speed, along_[1].Rate(a, b), along_[2].Rate(a, b)};
+  return {along_[0].Rate(a, b), along_[1].Rate(a, b), along_[2].Rate(a, b)};
+}
+
+Vector3 Settling::Rates(std::span<const Speeds> speeds) const {
+  Vector3 rates = Motion(speeds);
+  rates[0] -= blow_->separation_speed;
+  return rates;
 }
 
 // The impulse that leaves the blow as it is to be.
@@ -205,12 +216,9 @@ Vector2 Settling::Rubbed(const Vector2& slip, double bound) const {
   return wanted - present;
 }
 
-void Settling::Push(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed) {
+void Settling::Give(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed) {
   impulse_ += impulse;
-  Speeds &a = speeds[blow_->body_a], &b = speeds[blow_->body_b];
-  for (int i = 0; i < 3; ++i) along_[i].Push(impulse[i], a, b);
-  if (!is_tied_) return;
-  for (int i = 0; i < 3; ++i) along_[i].PassOn(impulse[i], passed, speeds);
+  for (int i = 0; i < 3; ++i) Push(i, impulse[i], speeds, passed);
 }
 
 }  // namespace genphys

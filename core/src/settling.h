@@ -90,6 +90,8 @@ class Settling {
   const Vector3& impulse() const { return impulse_; }
   /// One of its bodies is, to others.
   bool is_tied() const { return is_tied_; }
+  /// An impulse along the normal changes how its bodies go.
+  bool gives_way() const { return softness_ > 0; }
 
   void Restart(double separation_speed) {
     blow_->separation_speed = separation_speed;
@@ -101,10 +103,14 @@ class Settling {
   double Softness(int axis) const { return answers_(axis, axis); }
   /// Changes its impulse by `far`, N*s, as far as Coulomb lets it.
   void Leap(const Vector3& far, std::span<Speeds> speeds, std::span<const Passed> passed);
-  /// How b goes against a, m/s, beyond what it is to do.
+  /// How b goes against a, m/s.
+  Vector3 Motion(std::span<const Speeds> speeds) const;
+  /// Of that, what is beyond what it is to do.
   Vector3 Rates(std::span<const Speeds> speeds) const;
-  /// Comes to the impulses of `solved`, which is this blow; nobody is tied.
-  void Take(const Blow& solved, std::span<Speeds> speeds);
+  /// Changes `speeds` as an impulse (N*s) along one of the three axes does.
+  void Push(int axis, double impulse, std::span<Speeds> speeds, std::span<const Passed> passed) const;
+  /// Comes to the impulses of `solved`, which is this blow.
+  void Take(const Blow& solved, std::span<Speeds> speeds, std::span<const Passed> passed);
 
   /// Brings the blow to what it is to be, as all others are now: all the way, or by one turn of its normal and then one
   /// of its friction, which costs less, and is all that is done where joints or locked axes hold a body. Both return by
@@ -119,7 +125,7 @@ class Settling {
   Vector3 Settled(const Vector3& rates) const;
   Vector3 Slipped(const Vector3& free, double slip) const;
   Eigen::Vector2d Rubbed(const Eigen::Vector2d& slip, double bound) const;
-  void Push(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed);
+  void Give(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed);
 
   Blow* blow_;
   Vector3 first_;  // across the normal

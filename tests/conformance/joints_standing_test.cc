@@ -1,0 +1,121 @@
+// What joints hold together stands on something and is hit from above. What bears it bears the blow, too: whoever is
+// hit above where it stands goes nowhere, and Newton's law tells how what hit it is thrown back.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+#include "support/random.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(JointsStanding, Claim::kContacts, Claim::kRestitution, Claim::kBox, Claim::kSphere);
+
+constexpr double kStep = 1.0 / 60;
+constexpr double kGravity = 9.81;
+constexpr double kRadius = 0.15;
+const Vector3 kHalf(0.25, 0.15, 0.1);
+
+EntityDesc Smooth(EntityDesc body, double restitution) {
+  Material& material = body.rigid_body->geometries[0].material;
+  material.restitution = restitution;
+  material.friction = 0;
+  material.friction_mixing = Mixing::kMinimum;
+  return body;
+}
+
+std::unique_ptr<World> FloorOf(const std::string& engine, bool sleeps) {
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep}};
+  desc.default_auto_disable = {.enabled = sleeps, .rest_time = 0.1};
+  return MakeWorld(desc);
+}
+
+JointKind KindOf(uint64_t seed) {
+  SixDofJoint bent;
+  bent.about[1] = JointAxis{};
+  const std::vector<JointKind> kinds{BallJoint{},  HingeJoint{},    SliderJoint{}, UniversalJoint{},
+                                     FixedJoint{}, DistanceJoint{}, WheelJoint{},  bent};
+  return kinds[seed % kinds.size()];
+}
+
+struct Standing {
+  std::vector<EntityId> bodies;
+  std::vector<Vector3> tops;  // where something may fall on what stands, m
+};
+
+// Boxes in a row on the floor, each joined to the next one; on one of them may lie another that is joined to its
+// neighbour.
+Standing AddRow(World& world, Random& random, const JointKind& kind, double restitution) {
+  Standing standing;
+  const int count = 2 + static_cast<int>(random.Uniform(0, 5));
+  const double apart = 2 * kHalf.x() + 0.1;
+  for (int i = 0; i < count; ++i) {
+    const EntityDesc box = Body(Box{kHalf}, {apart * i, 0, kHalf.z()}, random.LogUniform(0.3, 3));
+    standing.bodies.push_back(Add(world, Smooth(box, restitution)));
+    standing.tops.push_back({apart * i, 0, 2 * kHalf.z()});
+  }
+  const Pose middle = FrameAlong(random.Direction(), {apart / 2, 0, 0});
+  for (int i = 0; i + 1 < count; ++i) {
+    Join(world,
+         Between(standing.bodies[static_cast<size_t>(i)], standing.bodies[static_cast<size_t>(i + 1)], kind, middle));
+  }
+  if (random.Chance(0.5)) {
+    standing.bodies.push_back(Add(world, Smooth(Body(Box{kHalf}, {0, 0, 3 * kHalf.z()}), restitution)));
+    Join(world, Between(standing.bodies[1], standing.bodies.back(), BallJoint{}, {{-apart / 2, 0, kHalf.z()}}));
+    standing.tops[0].z() = 4 * kHalf.z();
+  }
+  return standing;
+}
+
+// A top on four legs.
+Standing AddTable(World& world, Random& random, const JointKind& kind, double restitution) {
+  const Vector3 leg(0.05, 0.05, 0.3), top(0.5, 0.4, 0.04);
+  const double height = 2 * (leg.z() + top.z());
+  Standing table;
+  table.bodies.push_back(Add(world, Smooth(Body(Box{top}, {0, 0, height - top.z()}, 3), restitution)));
+  for (const double x : {-0.45, 0.45}) {
+    for (const double y : {-0.35, 0.35}) {
+      table.bodies.push_back(Add(world, Smooth(Body(Box{leg}, {x, y, leg.z()}, 0.5), restitution)));
+      const Vector3 axis = random.Chance(0.5) ? Vector3::UnitX() : Vector3::UnitY();
+      Join(world, Between(table.bodies[0], table.bodies.back(), kind, FrameAlong(axis, {x, y, -top.z()})));
+    }
+  }
+  table.tops.push_back({0, 0, height});
+  return table;
+}
+
+TEST_P(JointsStanding, AreNotDrivenIntoTheFloorByWhatFallsOnThem) {
+  Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointSlider, Claim::kJointUniversal, Claim::kJointFixed,
+          Claim::kJointDistance, Claim::kJointWheel, Claim::kJointSixDof});
+  for (uint64_t seed = 1; seed <= 96; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const bool sleeps = seed % 2 == 0, is_table = seed % 3 == 0;
+    const double restitution = random.Chance(0.3) ? 0 : random.Uniform(0.3, 0.9), fall = random.Uniform(0.5, 1.5);
+    const auto world = FloorOf(GetParam(), sleeps);
+    const JointKind kind = is_table && seed % 2 == 0 ? JointKind(FixedJoint{}) : KindOf(seed / 2);
+    const Standing standing =
+        is_table ? AddTable(*world, random, kind, restitution) : AddRow(*world, random, kind, restitution);
+    Steps(*world, 20);
+    const Vector3& top =
+        standing.tops[static_cast<size_t>(random.Uniform(0, 1) * static_cast<double>(standing.tops.size()))];
+    const Vector3 beside(random.Uniform(-0.2, 0.2), random.Uniform(-0.1, 0.1), kRadius + fall);
+    const double mass = random.LogUniform(0.1, 100);
+    const EntityId ball = Add(*world, Smooth(Ball(top + beside, kRadius, mass), restitution));
+    const double down = std::sqrt(2 * fall / kGravity), up = restitution * std::sqrt(2 * fall * kGravity);
+    const int steps = static_cast<int>(down / kStep) + 1;
+    Steps(*world, steps);
+    double fastest = 0;
+    for (const EntityId body : standing.bodies) fastest = std::max(fastest, VelocityOf(*world, body).norm());
+    // They lie up to 2e-5 askew, and what is heavy throws them aside by so much.
+    EXPECT_LT(fastest, 1e-3 + 2e-4 * mass) << mass << " kg";
+    const double since = restitution > 0 ? steps * kStep - down : 0;
+    EXPECT_NEAR(PositionOf(*world, ball).z(), (top + beside).z() - fall + up * since - kGravity * since * since / 2,
+                1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace genphys::testing
