@@ -141,7 +141,10 @@ void Impacts::AddBearers(const Descent& descent) {
   ContactPair& hit = descent.candidate->pair;
   const bool is_a = descent.hit == hit.entity_a;
   const EntityRow other = is_a ? hit.entity_b : hit.entity_a;
-  const Vector3 up = world_.state.positions.col(Index(other)) - world_.state.positions.col(Index(descent.hit));
+  const auto center = [&](EntityRow row) {
+    return world_.state.pose(row).Transform(world_.scene.entities[Index(row)]->mass.center_of_mass);
+  };
+  const Vector3 up = center(other) - center(descent.hit);
   const bool is_above = up.dot(std::as_const(world_.accelerations)[descent.hit]) < 0;
   if (is_above) descent.candidate->borne = is_a ? Borne::kB : Borne::kA;
   for (size_t k = descent.passed.size(); k-- > 0;) {
