@@ -24,7 +24,8 @@ IN_FLIGHT_MAX = 16
 class Drive:
     """A stream of steps of one world: it steps while this program works. Made by `World.drive`; one thread uses it.
 
-    Results come in the order of sending. What was sent and not received when the stream ends may be done or not.
+    Results come in the order of sending. What was sent and not received when the stream ends may be done or not. Other
+    calls to the world take their own way: one that is to come after a request is made after its result.
     """
 
     def __init__(self, connection: Connection, world: World) -> None:

@@ -13,6 +13,7 @@ namespace genphys::client {
 
 /// Steps of one world without waiting for the result of each, so that the world steps while this program works and the
 /// next request is there when it is done. Results come in the order of sending. One thread uses it, any may Cancel().
+/// Other calls to the world take their own way: one that is to come after a request is made after its result.
 ///
 ///   drive.Send(), drive.Send();
 ///   while (running) { result = drive.Receive(); drive.Send(1, {.commands = ...}); }
