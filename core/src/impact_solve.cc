@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -36,6 +37,8 @@ constexpr size_t kFewBlows = 3;
 // seem to be needed.
 constexpr uint32_t kFirstSweeps = 4;
 constexpr uint32_t kManySweeps = 20;
+// Where they lead is looked at once the parts that are left after two sweeps differ by no more than this part.
+constexpr double kSteady = 0.1;
 constexpr int kAxes = 3;  // of each blow
 // So often at most where joints pass blows on: who leaves or lands by a solve shows in the sweeps after it.
 constexpr int kTiedSolves = 4;
@@ -57,6 +60,7 @@ class Progress {
   // A sweep changed no more than that, m/s.
   void Note(double largest) {
     first_ = std::max(first_, largest);
+    earlier_ = before_last_;
     before_last_ = last_;
     last_ = largest;
     ++since_;
@@ -72,6 +76,11 @@ class Progress {
     for (uint32_t i = 0; i < sweeps && left > kSettledAtRest; ++i) left *= last_ / before_last_;
     return left > kSettledAtRest;
   }
+  // Whether the last two lessened it by the same part, or nearly.
+  bool IsSteady() const {
+    return last_ < before_last_ &&
+           std::abs(last_ * earlier_ - before_last_ * before_last_) <= kSteady * last_ * earlier_;
+  }
   bool IsLittleLeft() const { return last_ <= kLittle * first_; }
   // Little is left, and the last sweeps hardly changed less and less.
   bool IsStuck() const { return since_ >= kPatience && IsLittleLeft(); }
@@ -80,6 +89,7 @@ class Progress {
   double first_ = 0;
   double last_ = 0;
   double before_last_ = 0;
+  double earlier_ = 0;
   double least_ = std::numeric_limits<double>::infinity();
   int since_ = 0;  // sweeps since it was halved
 };
@@ -120,8 +130,8 @@ class Group {
     const bool are_few = blows_.size() <= kFewBlows;
     const double settled = are_few || DoesAnyBounce() ? kSettled : kSettledAtRest;
     const size_t turns_max = std::max(kTurnsMax, kWholeSweeps * blows_.size());
-    if (!are_few) leaps_.Begin(kAxes * blows_.size(), 1);
     size_t turns = 0;
+    bool may_leap = false;
     int solves_left = are_few || !MayBeSolvedAtOnce() ? 0 : IsTied() ? kTiedSolves : 1;
     uint32_t next_solve = kFirstSweeps;
     // Counted from one, so that each has a turn in the first.
@@ -141,8 +151,10 @@ class Group {
       if (sweep >= next_solve && solves_left > 0 && progress.TakesMoreThan(kManySweeps)) {
         solves_left -= SettleAtOnce(IsTied(), sweep) ? 1 : kTiedSolves / 2;
         next_solve = sweep + kFirstSweeps;
-      } else if (!are_few && sweep + Leaps::kSweepsBetween <= sweeps_max &&
+        leaps_.Forget();
+      } else if (!are_few && (may_leap || progress.IsSteady()) && sweep + Leaps::kSweepsBetween <= sweeps_max &&
                  turns + Leaps::kSweepsBetween * blows_.size() <= turns_max) {
+        if (!std::exchange(may_leap, true)) leaps_.Begin(kAxes * blows_.size(), 1);
         Leap(sweep);
       }
     }
