@@ -27,27 +27,44 @@ Vector3 BodySpin(const Quaternion& orientation, const Vector3& momentum, const M
   return inverse_tensor * (orientation.conjugate() * momentum);
 }
 
-// The momentum nearest to `momentum` (axes of the body) that is as large and has twice the kinetic energy `energy`. How
-// often a body turns over in a time depends on how far both are from those of one that never does, and that may be less
-// than what steps miss. Where steps are too long to be accurate it is `momentum`.
-Vector3 WithEnergy(const Vector3& momentum, const Matrix3& inverse_tensor, double energy) {
-  const Vector3 spin = inverse_tensor * momentum;
-  const double now = momentum.dot(spin), lacking = energy - now;
-  const double size_squared = momentum.squaredNorm();
-  // Of what is near to an axis about which it turns evenly, rounding would move more than steps miss.
-  if (std::abs(lacking) <= kSameEnergy * inverse_tensor.trace() * size_squared) return momentum;
-  const Vector3 uphill = spin - now / size_squared * momentum;
-  const double square = uphill.squaredNorm(), way = lacking / 2;
-  if (!(way * way < kFarOff * kFarOff * size_squared * square)) return momentum;
-  const Vector3 moved = momentum + way / square * uphill;
-  return std::sqrt(size_squared / moved.squaredNorm()) * moved;
-}
+// What stays as it is while a body turns freely: how large its momentum is, and its energy. How often it turns over in
+// a time depends on how far both are from those of a body that never does, and that may be less than what steps miss.
+class Invariants {
+ public:
+  // Of `momentum` and `spin` in the axes of the body.
+  Invariants(const Vector3& momentum, const Vector3& spin, const Matrix3& inverse_tensor)
+      : square_(momentum.squaredNorm()),
+        inverse_square_(1 / square_),
+        energy_(momentum.dot(spin)),
+        rounding_(kSameEnergy * inverse_tensor.trace() * square_) {}
 
-// The turn, rad, axes of the body, after which a body in whose frame the momentum is `apparent` sees it as `momentum`,
-// which is near to that.
-Vector3 TurnBetweenMomenta(const Vector3& momentum, const Vector3& apparent) {
-  return momentum.cross(apparent) / momentum.squaredNorm();
-}
+  // The momentum nearest to `momentum`, which misses them by little and with which the body has the spin `spin`, that
+  // has them again: to first order in what is lacking. Where steps were too long to be accurate only its size is put
+  // back.
+  Vector3 Of(const Vector3& momentum, const Vector3& spin) const {
+    const double square = momentum.squaredNorm(), energy = momentum.dot(spin);
+    const double larger = (1 - square * inverse_square_) / 2, mean = energy * inverse_square_;
+    const double lacking = (energy_ - energy) / 2 - energy * larger;
+    const double aside = momentum.cross(spin).squaredNorm();
+    // Of what is near to an axis about which it turns evenly, rounding would move more than steps miss.
+    if (std::abs(lacking) <= rounding_ || !(lacking * lacking < kFarOff * kFarOff * aside)) {
+      return std::sqrt(square_ / square) * momentum;
+    }
+    const double uphill = lacking * square_ / aside;
+    return (1 + larger - uphill * mean) * momentum + uphill * spin;
+  }
+
+  // The turn, rad, axes of the body, after which it sees its momentum as `wanted` and not as `apparent`, which is near.
+  Vector3 TurnBetween(const Vector3& wanted, const Vector3& apparent) const {
+    return inverse_square_ * wanted.cross(apparent);
+  }
+
+ private:
+  double square_;
+  double inverse_square_;
+  double energy_;    // twice the kinetic one
+  double rounding_;  // of the energy
+};
 
 // A free body in its own frame, where its momentum goes round by Euler's equations, dL/dt = L x w.
 class TurningBody {
@@ -56,8 +73,7 @@ class TurningBody {
       : inverse_tensor_(inverse_tensor),
         momentum_(momentum),
         spin_(inverse_tensor * momentum),
-        size_squared_(momentum.squaredNorm()),
-        energy_(momentum.dot(spin_)) {}
+        invariants_(momentum, spin_, inverse_tensor) {}
 
   // The rotation vector, rad, by which it turns in `h` seconds: its momentum by the classical method of fourth order
   // of Runge and Kutta, and what its spin comes to by the expansion of Magnus, of fourth order too (Iserles and
@@ -75,14 +91,21 @@ class TurningBody {
     return h / 6 * (first + 4 * middle + spin_) + h * h / 12 * first.cross(spin_);
   }
 
-  // Between steps: its momentum is as large as it was, and its energy.
+  // Between steps.
   void KeepInvariants() {
-    momentum_ *= std::sqrt(size_squared_ / momentum_.squaredNorm());
-    momentum_ = WithEnergy(momentum_, inverse_tensor_, energy_);
+    momentum_ = invariants_.Of(momentum_, spin_);
     spin_ = inverse_tensor_ * momentum_;
   }
 
-  const Vector3& momentum() const { return momentum_; }
+  // The turn, rad, axes of the body, after which it sees its momentum as it is here and not as `apparent`.
+  Vector3 TurnTo(const Vector3& apparent) const { return invariants_.TurnBetween(momentum_, apparent); }
+  // `orientation`, where a body sees the momentum `momentum` (world) nearly as it is here, turned to where it does.
+  Quaternion Turned(const Quaternion& orientation, const Vector3& momentum) const {
+    const Vector3 half = TurnTo(orientation.conjugate() * momentum) / 2;
+    return (orientation * Quaternion(1, half.x(), half.y(), half.z())).normalized();
+  }
+
+  const Vector3& spin() const { return spin_; }
 
  private:
   Vector3 Rate(const Vector3& momentum) const { return momentum.cross(inverse_tensor_ * momentum); }
@@ -90,16 +113,17 @@ class TurningBody {
   const Matrix3& inverse_tensor_;
   Vector3 momentum_;
   Vector3 spin_;
-  double size_squared_;
-  double energy_;  // twice the kinetic one
+  Invariants invariants_;
 };
 
 // The turn by a rotation vector of no more than some tenths of a radian: by series, of which what is left out is less
 // than rounding.
 Quaternion SmallTurn(const Vector3& rotation) {
   const double square = rotation.squaredNorm() / 4;
-  const double cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30 * (1 - square / 56)));
-  const double ratio = 1 - square / 6 * (1 - square / 20 * (1 - square / 42 * (1 - square / 72)));
+  // What is constant is inverted beforehand: of all that flies this is computed in each step.
+  const auto over = [square](double factor) { return square * (1 / factor); };
+  const double cosine = 1 - over(2) * (1 - over(12) * (1 - over(30) * (1 - over(56))));
+  const double ratio = 1 - over(6) * (1 - over(20) * (1 - over(42) * (1 - over(72))));
   const Vector3 half = ratio / 2 * rotation;
   return {cosine, half.x(), half.y(), half.z()};
 }
@@ -207,7 +231,8 @@ class SlenderBody {
       time_ += h;
     }
     const Vector3 after = own_.conjugate() * momentum_;
-    own_ *= SmallTurn(TurnBetweenMomenta(WithEnergy(after, inverse_tensor_, own.dot(inverse_tensor_ * own)), after));
+    const Invariants invariants(own, inverse_tensor_ * own, inverse_tensor_);
+    own_ *= SmallTurn(invariants.TurnBetween(invariants.Of(after, inverse_tensor_ * after), after));
     own_.normalize();
   }
 
@@ -305,17 +330,17 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const V
   if (count == 1) {
     const Vector3 turn = body.Advance(h);
     body.KeepInvariants();
-    return orientation * (Composed(turn, TurnBetweenMomenta(body.momentum(), SmallTurn(turn).conjugate() * own)) / h);
+    return orientation * (Composed(turn, body.TurnTo(SmallTurn(turn).conjugate() * own)) / h);
   }
   Quaternion turned = orientation;
   Vector3 expected = Vector3::Zero();
   for (int i = 0; i < count; ++i) {
     const Vector3 rotation = body.Advance(h);
     expected += turned * rotation;
-    turned = (turned * SmallTurn(rotation)).normalized();
+    turned *= SmallTurn(rotation);
     body.KeepInvariants();
   }
-  turned *= SmallTurn(TurnBetweenMomenta(body.momentum(), turned.conjugate() * momentum));
+  turned = body.Turned(turned, momentum);
   return Logarithm(turned * orientation.conjugate(), expected) / time;
 }
 
@@ -340,17 +365,17 @@ FreeRotation::FreeRotation(const Quaternion& before, const Vector3& spin_before,
     SlenderBody body(before, momentum, mass.inverse_tensor);
     body.Advance(time);
     orientation = body.orientation().normalized();
-  } else {
-    const int count = CountSteps(spin_before.norm(), kAngleMax, time, kInnerStepsMax);
-    TurningBody body(body_momentum, mass.inverse_tensor);
-    for (int i = 0; i < count; ++i) {
-      orientation = (orientation * SmallTurn(body.Advance(time / count))).normalized();
-      body.KeepInvariants();
-    }
-    orientation *= SmallTurn(TurnBetweenMomenta(body.momentum(), orientation.conjugate() * momentum));
-    orientation.normalize();
+    spin = orientation * BodySpin(orientation, momentum, mass.inverse_tensor);
+    return;
   }
-  spin = orientation * BodySpin(orientation, momentum, mass.inverse_tensor);
+  const int count = CountSteps(spin_before.norm(), kAngleMax, time, kInnerStepsMax);
+  TurningBody body(body_momentum, mass.inverse_tensor);
+  for (int i = 0; i < count; ++i) {
+    orientation *= SmallTurn(body.Advance(time / count));
+    body.KeepInvariants();
+  }
+  orientation = body.Turned(orientation, momentum);
+  spin = orientation * body.spin();
 }
 
 }  // namespace genphys
