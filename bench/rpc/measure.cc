@@ -25,9 +25,9 @@ constexpr int kWarmUpRounds = 3;
 constexpr double kTurnMicroseconds = 40'000;
 constexpr uint32_t kStepsPerTurnMin = 5;
 constexpr uint32_t kStepsPerTurnMax = 200;
-// A stream that is driven needs this long after others had the machine until the threads at both ends have found their
-// processors: with 1,000 flyers on two of them a step takes 230 to 250 us after 60 ms, 210 after 300 ms, and no less
-// after that.
+// Whoever calls or drives needs this long after others had the machine until the threads at both ends have found their
+// processors: with 1,000 flyers on two of them a step that is driven takes 230 to 250 us after 60 ms, 210 after 300 ms,
+// and no less after that; a cycle of sleepers that is not given it took from 66 to 123 us on a busy machine.
 constexpr double kRunInMicroseconds = 300'000;
 
 struct Round {
@@ -71,9 +71,9 @@ class Race {
     Round round;
     others_.Begin();
     const std::array<std::function<void()>, 6> turns{[&] { round.in_process = Turn(in_process_, run_in, steps); },
-                                                     [&] { round.bytes_echo = Turn(bytes_echo_, steps); },
+                                                     [&] { round.bytes_echo = Turn(bytes_echo_, run_in, steps); },
                                                      [&] { TakeCpp(round, run_in, steps); },
-                                                     [&] { round.message_echo = Turn(message_echo_, steps); },
+                                                     [&] { round.message_echo = Turn(message_echo_, run_in, steps); },
                                                      [&] { round.python = Turn(python_, run_in, steps); },
                                                      [&] { round.drive = drive_.Measure(run_in, steps + 1); }};
     for (size_t i = 0; i < turns.size(); ++i) turns[(first_ + i) % turns.size()]();
@@ -98,21 +98,20 @@ class Race {
  private:
   template <typename Contender>
   static Times Turn(Contender& contender, uint32_t run_in, uint32_t steps) {
-    contender.Advance(run_in);
-    Times times = contender.Measure(steps + 1);
-    times.erase(times.begin());
+    Times times = contender.Measure(run_in + 1 + steps);
+    times.erase(times.begin(), times.end() - steps);
     return times;
   }
 
   // An echo carries what a cycle carried last, which is of about the same step.
-  Times Turn(Echo& echo, uint32_t steps) const {
+  Times Turn(Echo& echo, uint32_t run_in, uint32_t steps) const {
     echo.Carry(captured_.request, captured_.reply);
-    MeasureEcho(echo, 1);
+    MeasureEcho(echo, run_in);
     return MeasureEcho(echo, steps);
   }
 
   void TakeCpp(Round& round, uint32_t run_in, uint32_t steps) {
-    cpp_.Advance(run_in);
+    cpp_.Measure(run_in);
     captured_ = cpp_.Capture();
     round.cpp = cpp_.Measure(steps);
     round.request_bytes = captured_.request.size();
