@@ -12,10 +12,10 @@ function(genphys_sources variable)
 endfunction()
 
 # genphys_add_library(<name> [PUBLIC <library>...] [PRIVATE <library>...])
-# Makes genphys_<name>, also called genphys::<name>, of the folder's include/ and src/.
+# Makes genphys_<name>, also called genphys::<name>, of the folder's include/ and src/, with the folders inside.
 function(genphys_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PUBLIC;PRIVATE")
-  genphys_sources(sources "${CMAKE_CURRENT_SOURCE_DIR}/src")
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/*.cc")
   if(NOT sources)
     message(STATUS "genphys_${name}: no sources yet, left out")
     return()

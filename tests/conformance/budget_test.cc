@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "conformance/engine_test.h"
-#include "core/src/state_hash.h"
+#include "core/src/model/state_hash.h"
 #include "genphys/limits.h"
 #include "support/random_scene.h"
 

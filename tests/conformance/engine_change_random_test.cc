@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "conformance/engine_test.h"
-#include "core/src/state_hash.h"
+#include "core/src/model/state_hash.h"
 #include "support/joints.h"
 #include "support/random_scene.h"
 

@@ -84,7 +84,7 @@ struct TurningOver {
     shift = b * rounded / above / rate;
   }
 
-  // See core/src/free_rotation.cc.
+  // See core/src/motion/free_rotation.cc.
   static constexpr double kSameEnergy = 4e-15;
   double period = 0;  // s, from one time to the next
   double shift = 0;   // s, by which a period changes with what the energy may be off by

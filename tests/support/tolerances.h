@@ -28,7 +28,7 @@ constexpr double SweptSpeed(double acceleration, double step) { return kSwept * 
 /// makes it a s h / 2; they differ most at s = h / 2.
 constexpr double StopError(double deceleration, double step) { return deceleration * step * step / 8; }
 
-/// m: how deep an impact at `speed` m/s may be found, see kTimedDepth and kTimedPart in core/src/impacts.cc.
+/// m: how deep an impact at `speed` m/s may be found, see kTimedDepth and kTimedPart in core/src/impacts/impacts.cc.
 constexpr double ImpactDepth(double speed, double substep) { return 2e-7 + 1e-5 * speed * substep; }
 
 /// m: how much of the height of a flight under `gravity` is missed by who looks at the ends of steps only.

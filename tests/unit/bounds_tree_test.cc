@@ -1,5 +1,5 @@
 // The tree of boxes, held against looking at each box.
-#include "core/src/bounds_tree.h"
+#include "core/src/pairs/bounds_tree.h"
 
 #include <gtest/gtest.h>
 

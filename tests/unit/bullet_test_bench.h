@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/src/near_pairs.h"
+#include "core/src/pairs/near_pairs.h"
 #include "genphys/backends/bullet.h"
 
 namespace genphys::bullet_test {

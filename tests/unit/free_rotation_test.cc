@@ -1,4 +1,4 @@
-#include "core/src/free_rotation.h"
+#include "core/src/motion/free_rotation.h"
 
 #include <gtest/gtest.h>
 

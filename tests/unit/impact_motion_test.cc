@@ -1,4 +1,4 @@
-#include "core/src/impact_motion.h"
+#include "core/src/impacts/impact_motion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/src/impact_solve.h"
+#include "core/src/impacts/impact_solve.h"
 
 #include <gtest/gtest.h>
 

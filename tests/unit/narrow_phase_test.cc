@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/src/separation.h"
+#include "core/src/shapes/separation.h"
 #include "support/shapes.h"
 #include "support/sweep.h"
 

@@ -1,5 +1,5 @@
 // Which points a part of the pairs gets anew, held against what all of them get.
-#include "core/src/near_pairs.h"
+#include "core/src/pairs/near_pairs.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/src/near_pairs.h"
+#include "core/src/pairs/near_pairs.h"
 #include "genphys/backends/ode.h"
 
 namespace genphys::ode_test {

@@ -1,4 +1,4 @@
-#include "core/src/ordered_search.h"
+#include "core/src/pairs/ordered_search.h"
 
 #include <gtest/gtest.h>
 

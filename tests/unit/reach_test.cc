@@ -1,11 +1,11 @@
-#include "core/src/reach.h"
+#include "core/src/shapes/reach.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
-#include "core/src/solid.h"
+#include "core/src/shapes/solid.h"
 #include "support/random.h"
 #include "support/shapes.h"
 

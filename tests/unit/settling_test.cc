@@ -1,4 +1,4 @@
-#include "core/src/settling.h"
+#include "core/src/impacts/settling.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/src/state_hash.h"
+#include "core/src/model/state_hash.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/src/submersion.h"
+#include "core/src/shapes/submersion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/src/ties.h"
+#include "core/src/impacts/ties.h"
 
 #include <gtest/gtest.h>
 

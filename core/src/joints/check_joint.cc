@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "cat.h"
 #include "genphys/limits.h"
-#include "validate.h"
+#include "model/cat.h"
+#include "model/validate.h"
 
 namespace genphys {
 namespace {

@@ -1,0 +1,43 @@
+#include "commands/missing_features.h"
+
+#include "model/cat.h"
+
+namespace genphys {
+
+void MissingFeatures::Need(Feature feature) {
+  if (!capabilities_.Has(feature)) missing_.set(static_cast<size_t>(feature));
+}
+
+void MissingFeatures::Need(const EntityDesc& desc) {
+  if (!desc.rigid_body) return;
+  const bool is_dynamic = desc.rigid_body->motion_type == MotionType::kDynamic;
+  if (desc.rigid_body->error_correction.any()) Need(Feature::kErrorCorrection);
+  if (desc.rigid_body->locked_axes.any()) Need(Feature::kLockedAxes);
+  for (const Geometry& geometry : desc.rigid_body->geometries) {
+    Need(FeatureOf(geometry.shape));
+    if (geometry.is_sensor) Need(Feature::kSensors);
+    if (!geometry.surface_velocity.isZero(0)) Need(Feature::kSurfaceVelocity);
+    if (is_dynamic && std::holds_alternative<TriangleMesh>(geometry.shape)) Need(Feature::kDynamicTriangleMesh);
+    if (is_dynamic && std::holds_alternative<Heightfield>(geometry.shape)) Need(Feature::kDynamicHeightfield);
+  }
+}
+
+void MissingFeatures::Need(const StepperDesc& stepper) {
+  missing_solver_.reset();
+  if (stepper.solver == Solver::kAutomatic) return;
+  const Feature solver = stepper.solver == Solver::kDirect ? Feature::kSolverDirect : Feature::kSolverIterative;
+  if (!capabilities_.Has(solver)) missing_solver_ = solver;
+}
+
+Status MissingFeatures::Check() const {
+  if (missing_.none() && !missing_solver_) return absl::OkStatus();
+  std::string names;
+  for (size_t i = 0; i < missing_.size(); ++i) {
+    const auto feature = static_cast<Feature>(i);
+    if (missing_[i] || missing_solver_ == feature) names += Cat(names.empty() ? "" : ", ", NameOf(feature));
+  }
+  return Refuse(Reason::kUnsupportedFeature, missing_.none() ? "stepper.solver" : "engine",
+                Cat("engine \"", capabilities_.engine(), "\" does not support ", names));
+}
+
+}  // namespace genphys

@@ -1,0 +1,184 @@
+// What stands on the ground and is hit. The ground takes part in the blow, so that nothing is driven into it, and the
+// body goes back to the time of the blow like one that flies, for it may be thrown along the ground then.
+#include <algorithm>
+#include <limits>
+
+#include "impacts/impacts.h"
+#include "pairs/contact_points.h"
+
+namespace genphys {
+namespace {
+
+// Of what joints hold together so many points where it is borne take part in a blow, those of the nearest bodies: with
+// the blow itself they are few enough to be solved at once, and of what joints pass on little comes far where all on
+// the way are borne.
+constexpr size_t kBornePointsMost = 28;
+
+}  // namespace
+
+// Finds out who is pressed against something. Who bears others or is borne by them would have to take all of them
+// along.
+void Impacts::FindStances(const ContactBuffer& contacts) {
+  if (!rewinds_) return;
+  if (!knows_stances_) {
+    knows_stances_ = true;
+    for (const ContactPair& pair : world_.solved.pairs) {
+      if (!pair.is_sensor && HasPressed(world_.solved, pair)) NoteStance(pair);
+    }
+  }
+  const auto wakes = [&](EntityRow row) { return IsMovable(row) && IsWoken(row); };
+  const auto wakes_one = [&](const Candidate& candidate) {
+    return wakes(candidate.pair.entity_a) || wakes(candidate.pair.entity_b);
+  };
+  if (std::ranges::none_of(candidates_, wakes_one)) return;
+  // No solve knows yet on what those lie that were woken just now, nor whether a neighbour whom they touch presses.
+  knows_bearings_ = false;
+  const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
+  for (const ContactPair& pair : contacts.pairs) {
+    if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
+    if (pair.is_sensor || speed_.IsStillFree(pair)) continue;
+    if (std::ranges::none_of(PointsOf(contacts, pair), touches)) continue;
+    if (BorneIn(contacts, pair, false) != std::pair(false, false)) NoteStance(pair);
+  }
+}
+
+bool Impacts::IsWoken(EntityRow row) const { return world_.layer.half_steps[Index(row)].is_woken; }
+
+void Impacts::NoteStance(const ContactPair& pair) {
+  const bool is_movable_a = IsMovable(pair.entity_a), is_movable_b = IsMovable(pair.entity_b);
+  const uint8_t stance = is_movable_a && is_movable_b ? kAmongOthers : kOnGround;
+  if (is_movable_a) world_.stances[pair.entity_a] |= stance;
+  if (is_movable_b) world_.stances[pair.entity_b] |= stance;
+}
+
+bool Impacts::IsMovable(EntityRow row) const {
+  return world_.active[Index(row)] && world_.scene.entities[Index(row)]->traits.is_dynamic;
+}
+
+bool Impacts::StandsOnGround(EntityRow row) const {
+  return std::as_const(world_.stances)[row] == kOnGround && !world_.jointed[row];
+}
+
+// Adds on what those stand that are struck.
+void Impacts::AddSupports(const ContactBuffer& contacts) {
+  supports_.clear();
+  AddGround(contacts);
+  AddBearers(contacts);
+}
+
+// Whether what bears it takes part in what hits it.
+bool Impacts::IsBorne(EntityRow row) const { return StandsOnGround(row) || IsTied(row); }
+
+// What nothing can move, and for what joints hold together all of that: it goes back as one, whatever it touches.
+bool Impacts::Bears(EntityRow bearer, EntityRow row) const {
+  if (!IsMovable(bearer)) return true;
+  return IsTied(row) && GroupOf(bearer) == GroupOf(row);
+}
+
+void Impacts::AddGround(const ContactBuffer& contacts) {
+  if (std::ranges::none_of(struck_, [&](const Struck& struck) { return IsBorne(struck.row); })) return;
+  for (const ContactPair& pair : contacts.pairs) {
+    if (pair.is_sensor) continue;
+    const auto is_borne = [&](EntityRow row, EntityRow bearer) {
+      return std::as_const(world_.struck_index)[row] >= 0 && IsBorne(row) && Bears(bearer, row);
+    };
+    const bool is_borne_a = is_borne(pair.entity_a, pair.entity_b);
+    if (!is_borne_a && !is_borne(pair.entity_b, pair.entity_a)) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    const EntityRow borne = is_borne_a ? pair.entity_a : pair.entity_b;
+    supports_.push_back({.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
+    NumberOf(is_borne_a ? pair.entity_b : pair.entity_a);
+  }
+  if (supports_.empty()) return;
+  for (const Group& group : groups_) {
+    if (group.is_tied) ChooseSupports(group);
+  }
+}
+
+// What something that moves by itself presses against what nothing moves, or against another such thing, has nowhere to
+// go, and no impulses let it: what bears it is left to the next solve.
+bool Impacts::IsSqueezed(const Group& group) const {
+  EntityRow known = kWorldRow;
+  bool are_several = false, is_driven = false;
+  const auto note = [&](EntityRow row, EntityRow other) {
+    if (GroupOf(row) != &group || IsMovable(other)) return;
+    are_several |= known != kWorldRow && known != other;
+    known = other;
+    const uint32_t column = Index(other);
+    is_driven |= !world_.state.linear_velocities.col(column).isZero(0);
+    is_driven |= !world_.state.angular_velocities.col(column).isZero(0);
+  };
+  for (const std::vector<Candidate>* const pairs : {&candidates_, &supports_}) {
+    for (const Candidate& each : *pairs) {
+      note(each.pair.entity_a, each.pair.entity_b);
+      note(each.pair.entity_b, each.pair.entity_a);
+    }
+  }
+  return (are_several && is_driven) || (known != kWorldRow && ties_.IsDriven(group.members.front()));
+}
+
+// Leaves of the supports of the group those that can take part.
+void Impacts::ChooseSupports(const Group& group) {
+  const auto is_of = [&](EntityRow row) { return GroupOf(row) == &group; };
+  const auto others = std::ranges::stable_partition(supports_, [&](const Candidate& support) {
+    return !is_of(support.pair.entity_a) && !is_of(support.pair.entity_b);
+  });
+  if (others.empty()) return;
+  if (IsSqueezed(group)) {
+    supports_.erase(others.begin(), others.end());
+    return;
+  }
+  std::vector<Vector3> hits;
+  for (const Candidate& candidate : candidates_) {
+    for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
+      if (is_of(row)) hits.push_back(world_.state.positions.col(Index(row)));
+    }
+  }
+  std::ranges::stable_sort(others, {}, [&](const Candidate& support) {
+    const EntityRow row = is_of(support.pair.entity_a) ? support.pair.entity_a : support.pair.entity_b;
+    const Vector3 position = world_.state.positions.col(Index(row));
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector3& hit : hits) least = std::min(least, (hit - position).squaredNorm());
+    return least;
+  });
+  size_t points = 0;
+  const auto is_too_far = [&](const Candidate& support) {
+    return (points += support.pair.point_count) > kBornePointsMost;
+  };
+  supports_.erase(std::ranges::find_if(others, is_too_far), others.end());
+}
+
+void Impacts::AddSupportBlows() {
+  for (const Candidate& support : supports_) {
+    // A corner that stands a little off takes part, too: else what is hit would tip over the others.
+    Manifold manifold;
+    FindMeeting(support.pair, support.time, support.time, -kTouchingDepth, manifold);
+    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
+      AddBlow(support, point.position, point.normal);
+    }
+  }
+}
+
+// What sped up a body on the ground on its way to where it is, m/s^2.
+Vector3 Impacts::CourseOf(EntityRow row) const {
+  if (const FlownWay* const way = WayFromBlow(row)) return way->acceleration;
+  if (IsHit(row) || IsWoken(row)) return Vector3::Zero();
+  return world_.accelerations[row] + 2 / step_size_ * world_.layer.half_steps[Index(row)].held_velocity;
+}
+
+// Of that, what is no matter of the ground, which may hold it otherwise after the next blow.
+Vector3 Impacts::PushOf(EntityRow row) const {
+  const FlownWay* const way = WayFromBlow(row);
+  return world_.accelerations[row] + (way != nullptr ? way->by_others : Vector3(Vector3::Zero()));
+}
+
+bool Impacts::IsHit(EntityRow row) const { return std::as_const(world_.free_since)[row] < step_size_; }
+
+// Of one that was hit in this substep and put elsewhere.
+const FlownWay* Impacts::WayFromBlow(EntityRow row) const {
+  if (!IsHit(row)) return nullptr;
+  const auto way = std::ranges::lower_bound(ways_, row, {}, &FlownWay::row);
+  return way != ways_.end() && way->row == row ? &*way : nullptr;
+}
+
+}  // namespace genphys

@@ -1,0 +1,245 @@
+// When two met: they are taken back along their ways to where they just touch.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "impacts/impacts.h"
+#include "motion/free_rotation.h"
+#include "pairs/contact_points.h"
+
+namespace genphys {
+namespace {
+
+constexpr int kLooksMax = 14;
+// How deep (m, and of the way of a substep) an impact in time may be.
+constexpr double kTimedDepth = 2e-7;
+constexpr double kTimedPart = 1e-5;
+
+// So many solves of one substep each find an impact when it is; after that those that roll on come on by this part of
+// the substep at least, so that they come to its end.
+constexpr int kManySolves = 8;
+constexpr double kLeastProgress = 1.0 / 16;
+
+// m: no deeper than this is what just comes to touch, and when it had overlapped by so much it is looked at once more.
+constexpr double kJustTouching = 1e-6;
+constexpr double kLookAhead = 1e-5;
+// m/s: what closes more slowly is no edge that something comes to.
+constexpr double kCreeping = 1e-4;
+// What comes to an edge goes so many times as fast along the ground as it comes nearer.
+constexpr double kAlong = 4;
+
+// m: at which two are taken to collide that cover `way` (m) in a substep.
+double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
+
+}  // namespace
+
+bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
+  const auto overlaps = [](const ContactPoint& point) { return point.depth > kFlatGap; };
+  if (!rewinds_ || pair.is_sensor || std::ranges::none_of(PointsOf(contacts, pair), overlaps)) return false;
+  return speed_.IsFree(pair) || IsNewAmongHeld(pair);
+}
+
+// What turns fast may have met something, and part again by the end of the substep.
+void Impacts::FindMissed(const ContactBuffer& contacts) {
+  for (const ContactPair& pair : parting_) {
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    const double since = FreeSince(pair);
+    double depth = 0, speed = 0;
+    for (const ContactPoint& point : PointsOf(contacts, pair)) {
+      depth = std::max(depth, point.depth);
+      speed = std::max(speed, point.relative_velocity.norm());
+    }
+    if (since == 0 || !WereApart(pair, since, speed)) continue;
+    candidates_.push_back({.pair = pair,
+                           .time = since / 2,
+                           .closing = depth / since,
+                           .were_apart = true,
+                           .is_held = !speed_.IsFree(pair)});
+  }
+}
+
+// What slides or rolls into something: the engine would stop it a substep too late, and in its own way. What only
+// touches something that throws it back is not held by that either.
+bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
+  if (!rewinds_ || !(world_.active[Index(pair.entity_a)] || world_.active[Index(pair.entity_b)])) return false;
+  EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  if (entities.b < entities.a) std::swap(entities.a, entities.b);
+  if (!WereTouching(entities)) return true;
+  return pair.material.restitution > 0 && !WerePressed(entities);
+}
+
+// When the step began.
+bool Impacts::WereTouching(const EntityPair& entities) const {
+  const auto known = touching_search_.LowerBound(world_.layer.touching, entities, &TouchingPair::pair);
+  return known != world_.layer.touching.end() && known->pair == entities;
+}
+
+// Against each other, in the last solve.
+bool Impacts::WerePressed(const EntityPair& entities) const {
+  const auto ids = [&](const ContactPair& pair) {
+    return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  };
+  const std::vector<ContactPair>& solved = world_.solved.pairs;
+  for (auto pair = solved_search_.LowerBound(solved, entities, ids); pair != solved.end(); ++pair) {
+    if (ids(*pair) != entities) return false;
+    if (HasPressed(world_.solved, *pair)) return true;
+  }
+  return false;
+}
+
+// How long before the end both were last hit, or the substep began: before that they did not go as they do now.
+double Impacts::FreeSince(const ContactPair& pair) const {
+  const RowValues<double>& free_since = world_.free_since;
+  return std::min({step_size_, free_since[pair.entity_a], free_since[pair.entity_b]});
+}
+
+bool Impacts::WereApart(const ContactPair& pair, double time, double speed) const {
+  Manifold manifold;
+  FindMeeting(pair, time, time, 0, manifold);
+  const double most = 2 * DepthOfImpact(speed * step_size_);
+  const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+  return std::ranges::all_of(points, [&](const MeetingPoint& point) { return point.depth <= most; });
+}
+
+// Two that are level touch at an edge when one comes to the other, and the normal there is that of neither's face.
+bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const {
+  const double closing = -point.relative_velocity.dot(point.normal), gap = std::max(-point.depth, 0.0);
+  if (!(point.depth < kJustTouching && closing > kCreeping && closing * step_size_ > gap)) return false;
+  if (closing <= speed_.Of(pair.entity_a, pair.entity_b, point.normal)) {
+    // Most of what closes so slowly jostles.
+    const auto velocity = [&](EntityRow row) { return world_.state.linear_velocities.col(Index(row)); };
+    const Vector3 way = velocity(pair.entity_b) - velocity(pair.entity_a);
+    if (way.cross(point.normal).squaredNorm() < kAlong * kAlong * closing * closing) return false;
+  }
+  // As they went before this substep: what pulls them to the ground makes them no deeper there.
+  const double time = (gap + kLookAhead) / closing;
+  const Placement a = InTime(pair.entity_a, pair.geometry_a, point, Vector3::Zero(), time);
+  const Placement b = InTime(pair.entity_b, pair.geometry_b, point, point.relative_velocity, time);
+  Manifold manifold;
+  FindContacts(GeometryAt(pair.geometry_a).shape, a, GeometryAt(pair.geometry_b).shape, b, 0, manifold);
+  const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+  return std::ranges::all_of(points, [](const MeetingPoint& p) { return p.depth < kLookAhead / 4; });
+}
+
+Placement Impacts::InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
+                          double time) const {
+  const uint32_t row = Index(entity);
+  const Vector3 spin = world_.state.angular_velocities.col(row);
+  Pose pose = world_.state.pose(entity);
+  pose.position += time * (velocity + spin.cross(pose.position - point.position));
+  pose.orientation = Turned(pose.orientation, spin, time);
+  return ToPlacement(pose.Transform(GeometryAt(geometry).pose_in_entity));
+}
+
+bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
+  // Alone it would leave behind whom joints hold together with it.
+  if (IsLinked(row)) return rewinds_ && GroupOf(row)->is_tied;
+  return candidate.is_held || speed_.IsInFlight(row) || (rewinds_ && StandsOnGround(row));
+}
+
+const Geometry& Impacts::GeometryAt(GeometryRow row) const {
+  const EntityRow entity = world_.rule.info(row).entity;
+  const GeometryRows& rows = world_.geometry_rows[Index(entity)];
+  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
+  return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
+}
+
+Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double time) const {
+  return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
+}
+
+// What holds a body takes away what pulls at it.
+Vector3 Impacts::PullOn(EntityRow row) const {
+  if (speed_.IsInFlight(row)) return world_.accelerations[row];
+  return StandsOnGround(row) ? CourseOf(row) : Vector3(Vector3::Zero());
+}
+
+ImpactMotion Impacts::MotionOf(EntityRow entity) const {
+  const uint32_t row = Index(entity);
+  const SceneEntity& scene_entity = *world_.scene.entities[row];
+  const Pose pose = world_.state.pose(entity);
+  const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
+  const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
+  if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
+  if (world_.jointed[entity]) {
+    const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
+    if (way != ways_.end() && way->row == entity) {
+      return ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, way->acceleration,
+                                 way->torque);
+    }
+  }
+  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
+}
+
+void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
+  const ImpactMotion a = MotionOf(pair.entity_a), b = MotionOf(pair.entity_b);
+  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
+               Placed(pair.geometry_b, b, time_b), gap, manifold);
+}
+
+double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const {
+  const StruckBody a = MotionOf(candidate.pair.entity_a).BodyBefore(time_a);
+  const StruckBody b = MotionOf(candidate.pair.entity_b).BodyBefore(time_b);
+  return (a.VelocityAt(point.position) - b.VelocityAt(point.position)).dot(point.normal);
+}
+
+// Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that graze
+// each other close ever more slowly, so that by the speed at the end it would go to and fro: where two looks see them
+// on both sides, those tell how fast they close. Two that overlap all the time collide when they begin to close.
+void Impacts::Refine(Candidate& candidate) const {
+  const double way = candidate.closing * step_size_;
+  const double tolerance = DepthOfImpact(way);
+  const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
+  const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
+             goes_b = GoesBack(candidate.pair.entity_b, candidate);
+  const double since = FreeSince(candidate.pair);
+  double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
+  struct Look {
+    double time;
+    double lacking;  // m, too deep
+  };
+  std::optional<Look> last;
+  Manifold manifold;
+  for (int look = 0; look < kLooksMax; ++look) {
+    const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
+    FindMeeting(candidate.pair, time_a, time_b, gap, manifold);
+    double depth = -gap;
+    const MeetingPoint* deepest = nullptr;
+    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
+      if (point.depth <= depth) continue;
+      depth = point.depth;
+      deepest = &point;
+    }
+    const auto closes = [&] { return ClosingAt(candidate, time_a, time_b, *deepest) > 0; };
+    const bool is_near = depth >= 0 && depth <= tolerance;
+    // When they were hit last they touched as well, and part.
+    if (is_near && (since == step_size_ || closes())) break;
+    const bool is_known = candidate.is_swept || (candidate.were_apart && depth > kFlatGap);
+    const bool is_after = depth > tolerance && (is_known || closes());
+    (is_after ? touching : apart) = time;
+    // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
+    const double lacking = depth - tolerance / 2;
+    const bool is_between = last && lacking * last->lacking < 0;
+    const double rate = is_between ? (last->lacking - lacking) / (time - last->time) : candidate.closing;
+    last = deepest != nullptr ? std::optional<Look>({time, lacking}) : std::nullopt;
+    double next = time + lacking / rate;
+    if (!(next > touching && next >= 0 && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
+    if (next == time) break;
+    time = next;
+  }
+  candidate.time = HasRolled(candidate, time) ? std::max(since - kLeastProgress * step_size_, 0.0) : time;
+}
+
+// Whether it is one of many hits of a body that stays in touch while it rolls, each of them hardly later than the last
+// one.
+bool Impacts::HasRolled(const Candidate& candidate, double time) const {
+  const double since = FreeSince(candidate.pair);
+  if (solves_ < kManySolves || since == step_size_ || time < since - kLeastProgress * step_size_) return false;
+  const auto spin = [&](EntityRow row) { return world_.state.angular_velocities.col(Index(row)); };
+  if ((spin(candidate.pair.entity_a) - spin(candidate.pair.entity_b)).norm() * step_size_ < kRollingTurn) return false;
+  Manifold manifold;
+  FindMeeting(candidate.pair, since, since, DepthOfImpact(candidate.closing * step_size_), manifold);
+  return manifold.count > 0;
+}
+
+}  // namespace genphys

@@ -1,0 +1,408 @@
+#include "impacts/impacts.h"
+
+#include "motion/locked_axes.h"
+#include "pairs/contact_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace genphys {
+namespace {
+
+// m/s on top of what acceleration alone brings up in a substep.
+constexpr double kImpactSpeedMin = 1e-3;
+// Of what that is in a substep: a hop from there to and fro takes twice as long as this part of it, and all hops after
+// it together are left out.
+constexpr double kShortestHop = 0.25;
+// m: as deep as this two bodies are in touch, for rounding leaves gaps between what was put together.
+constexpr double kDepthMin = -1e-9;
+// Deeper than so many times what the closing speed covers is an impact of this substep only if they are seen apart in
+// it.
+constexpr double kFreshDepth = 1.5;
+// More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
+constexpr size_t kRefinedMax = 8;
+// Where most pairs meet: memory for so many is asked for at once.
+constexpr size_t kMostPoints = 4;
+
+// The Coulomb coefficient where surfaces slip at `speed`, m/s: at rest or while sliding.
+double FrictionAt(const MixedMaterial& material, double speed) {
+  return speed > kSlidingSpeed ? material.kinetic_friction : material.friction;
+}
+
+}  // namespace
+
+bool ImpactSpeed::IsInFlight(EntityRow row) const {
+  return !world_.active[Index(row)] || world_.layer.half_steps[Index(row)].in_flight;
+}
+
+double ImpactSpeed::Of(EntityRow a, EntityRow b, const Vector3& normal) const {
+  const double pull_a = world_.accelerations[a].dot(normal), pull_b = world_.accelerations[b].dot(normal);
+  if (IsInFlight(a) && IsInFlight(b)) return kImpactSpeedMin + kShortestHop * std::abs(pull_b - pull_a) * step_size_;
+  return kImpactSpeedMin + 2 * std::max(std::abs(pull_a), std::abs(pull_b)) * step_size_;
+}
+
+bool ImpactSpeed::IsMovable(EntityRow row, GeometryRow geometry) const {
+  return world_.active[Index(row)] && world_.rule.info(geometry).is_dynamic;
+}
+
+bool ImpactSpeed::IsFree(const ContactPair& pair) const {
+  const auto flew = [&](EntityRow row, GeometryRow geometry) { return IsMovable(row, geometry) && world_.flew[row]; };
+  return IsStillFree(pair) || flew(pair.entity_a, pair.geometry_a) || flew(pair.entity_b, pair.geometry_b);
+}
+
+bool ImpactSpeed::IsStillFree(const ContactPair& pair) const {
+  const auto flies = [&](EntityRow row, GeometryRow geometry) {
+    return IsMovable(row, geometry) && world_.layer.half_steps[Index(row)].in_flight;
+  };
+  return flies(pair.entity_a, pair.geometry_a) || flies(pair.entity_b, pair.geometry_b);
+}
+
+Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
+    : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size) {}
+
+bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
+                    std::span<const FlownWay> flown) {
+  ++solves_;
+  moved_.clear();
+  ways_ = flown;
+  Find(contacts, changed, swept);
+  if (candidates_.empty()) return false;
+  FindStances(contacts);
+  FindGroups();
+  // By their depth alone the edge of a tile behind can seem to have been met before the one that was.
+  Time();
+  KeepEarliest();
+  Time();
+  CollectStruck(contacts);
+  blows_.clear();
+  blow_pairs_.clear();
+  blows_.reserve(kMostPoints * candidates_.size());
+  blow_pairs_.reserve(blows_.capacity());
+  for (Candidate& candidate : candidates_) AddBlows(contacts, candidate);
+  DropUnreached();
+  if (!blows_.empty()) AddSupportBlows();
+  if (!blows_.empty()) {
+    Separate();
+    Record();
+    Apply(RestOfStep());
+  }
+  world_.struck_index.Clear();
+  world_.group_of.Clear();
+  world_.earliest.Clear();
+  if (blows_.empty()) return false;
+  // What only seems to close, for joints are about to change that, would do so again.
+  const bool has_hit = std::ranges::any_of(blows_, [](const Blow& blow) { return blow.impulse > 0; });
+  return has_hit || !waiting_.empty() || ties_.empty();
+}
+
+std::vector<EntityRow> Impacts::WaitingSwept() const {
+  std::vector<EntityRow> rows;
+  for (const Candidate& candidate : waiting_) {
+    if (candidate.is_swept) rows.insert(rows.end(), {candidate.pair.entity_a, candidate.pair.entity_b});
+  }
+  return rows;
+}
+
+void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept) {
+  const auto is_changed = [&](const ContactPair& pair) {
+    return changed == nullptr || (*changed)[pair.entity_a] || (*changed)[pair.entity_b];
+  };
+  // Those that waited for others have their turn as they were.
+  std::swap(candidates_, waiting_);
+  waiting_.clear();
+  std::erase_if(candidates_, [&](const Candidate& candidate) { return is_changed(candidate.pair); });
+  parting_.clear();
+  for (const ContactPair& pair : contacts.pairs) {
+    if (!is_changed(pair)) continue;
+    if (const std::optional<Candidate> candidate = Judge(contacts, pair)) {
+      candidates_.push_back(*candidate);
+    } else if (parting_.size() <= kRefinedMax && MayBeMissed(contacts, pair)) {
+      parting_.push_back(pair);
+    }
+  }
+  for (const SweptPair& pair : swept) {
+    const auto known = CandidateOf(pair.geometry_a, pair.geometry_b);
+    const ContactPair as_contact{.entity_a = pair.entity_a,
+                                 .entity_b = pair.entity_b,
+                                 .geometry_a = pair.geometry_a,
+                                 .geometry_b = pair.geometry_b,
+                                 .material = world_.rule.Mixed(pair.geometry_a, pair.geometry_b)};
+    const Candidate candidate{.pair = as_contact,
+                              .time = pair.time,
+                              .closing = pair.closing,
+                              .is_swept = true,
+                              .is_deep = pair.is_deep,
+                              .is_held = !speed_.IsStillFree(as_contact) && IsNewAmongHeld(as_contact)};
+    // Who looked along a way knows when it met something, and points at its end do not.
+    if (known == candidates_.end()) {
+      candidates_.push_back(candidate);
+    } else {
+      *known = candidate;
+    }
+  }
+  if (candidates_.size() + parting_.size() <= kRefinedMax) FindMissed(contacts);
+}
+
+std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, GeometryRow b) {
+  return std::ranges::find_if(candidates_, [&](const Candidate& candidate) {
+    return candidate.pair.geometry_a == a && candidate.pair.geometry_b == b;
+  });
+}
+
+// The impact of this pair, if its points say that there was one.
+std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
+  if (pair.is_sensor) return std::nullopt;
+  // What rests closes with nothing, and that is most of a pile.
+  const std::span<const ContactPoint> points = PointsOf(contacts, pair);
+  const auto closes = [](const ContactPoint& point) {
+    return point.depth >= kDepthMin && -point.relative_velocity.dot(point.normal) > kImpactSpeedMin;
+  };
+  if (std::none_of(points.begin(), points.end(), closes)) return std::nullopt;
+  const bool is_free = speed_.IsFree(pair);
+  const bool is_held = !is_free && IsNewAmongHeld(pair);
+  if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
+  const double since = FreeSince(pair);
+  const bool goes_back = rewinds_ && (is_free || is_held);
+  std::optional<Candidate> found;
+  std::optional<bool> were_apart;  // as far as somebody looked
+  for (const ContactPoint& point : points) {
+    if (point.depth < kDepthMin) continue;
+    const double closing = -point.relative_velocity.dot(point.normal);
+    if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal)) || OnlySlidesOnto(pair, point)) continue;
+    bool is_fresh = goes_back && point.depth > 0;
+    if (is_fresh && point.depth > kFreshDepth * closing * since) {
+      if (!were_apart) were_apart = WereApart(pair, since, point.relative_velocity.norm());
+      is_fresh = *were_apart;
+    }
+    double time = 0;
+    if (is_fresh) {
+      const Vector3 pull = PullOn(pair.entity_b) - PullOn(pair.entity_a);
+      const double square = closing * closing + 2 * pull.dot(point.normal) * point.depth;
+      time = square > 0 ? 2 * point.depth / (closing + std::sqrt(square)) : point.depth / closing;
+      time = std::min(time, since);
+    }
+    if (!found || time > found->time)
+      found = Candidate{.pair = pair, .time = time, .closing = closing, .is_held = is_held};
+  }
+  if (found) found->were_apart = were_apart.value_or(false);
+  return found;
+}
+
+// Finds when those happen of which that is not known yet, unless there are too many.
+void Impacts::Time() {
+  for (Candidate& candidate : candidates_) {
+    if (candidate.is_timed || candidate.time == 0 || candidate.is_deep) continue;
+    candidate.is_timed = candidates_.size() <= kRefinedMax || candidate.is_swept;
+    if (candidate.is_timed) Refine(candidate);
+  }
+}
+
+// Later impacts of a body, or of what joints hold together with it, wait until the earlier ones have changed its way.
+void Impacts::KeepEarliest() {
+  const auto earliest = [&](EntityRow row) -> double& {
+    const Group* const group = GroupOf(row);
+    return world_.earliest[group != nullptr ? group->linked.rows.front() : row];
+  };
+  for (const Candidate& c : candidates_) {
+    for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
+      if (world_.active[Index(row)]) earliest(row) = std::max(earliest(row), c.time);
+    }
+  }
+  std::erase_if(candidates_, [&](const Candidate& c) {
+    const double first = std::max(earliest(c.pair.entity_a), earliest(c.pair.entity_b));
+    const bool waits = c.time < first - kSameTime * step_size_;
+    if (waits) waiting_.push_back(c);
+    return waits;
+  });
+  std::sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+    const auto key = [&](const Candidate& c) {
+      return std::tuple(world_.state.ids[Index(c.pair.entity_a)], world_.state.ids[Index(c.pair.entity_b)],
+                        world_.rule.info(c.pair.geometry_a).geometry_id,
+                        world_.rule.info(c.pair.geometry_b).geometry_id);
+    };
+    return key(a) < key(b);
+  });
+}
+
+void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {
+  const SceneEntity& entity = *world_.scene.entities[Index(row)];
+  if (!entity.traits.is_locked) return;
+  const LockedAxes& locks = entity.desc->rigid_body->locked_axes;
+  for (int i = 0; i < 3; ++i) body.freedom[i] = locks.linear[static_cast<size_t>(i)] ? 0 : 1;
+  body.inverse_tensor = LockedInverse(locks, body.tensor);
+  DropLocked(locks, body.linear_velocity, body.angular_velocity);
+}
+
+uint32_t Impacts::NumberOf(EntityRow row) {
+  int& index = world_.struck_index[row];
+  if (index < 0) {
+    index = static_cast<int>(struck_.size());
+    struck_.push_back({.row = row, .motion = MotionOf(row)});
+  }
+  return static_cast<uint32_t>(index);
+}
+
+void Impacts::AddStruck(EntityRow row, const Candidate& candidate) {
+  Struck& struck = struck_[NumberOf(row)];
+  // What nothing can move is where it is at the time of whom it meets, which is the same for all of one moment.
+  if (GoesBack(row, candidate)) struck.time = std::max(struck.time, candidate.time);
+}
+
+void Impacts::CollectStruck(const ContactBuffer& contacts) {
+  struck_.clear();
+  struck_.reserve(2 * candidates_.size());
+  bodies_.clear();
+  for (const Candidate& candidate : candidates_) {
+    AddStruck(candidate.pair.entity_a, candidate);
+    AddStruck(candidate.pair.entity_b, candidate);
+  }
+  TieStruck();
+  AddSupports(contacts);
+  bodies_.reserve(struck_.size());
+  for (const Struck& struck : struck_) {
+    StruckBody& body = bodies_.emplace_back(struck.motion.BodyBefore(struck.time));
+    if (struck.motion.is_movable()) HoldLocked(struck.row, body);
+    body.linear_velocity += struck.lacking_linear;
+    body.angular_velocity += struck.lacking_angular;
+  }
+}
+
+void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal) {
+  blows_.push_back({.body_a = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_a]),
+                    .body_b = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_b]),
+                    .position = position,
+                    .normal = normal,
+                    .borne = candidate.borne});
+  blow_pairs_.push_back(&candidate);
+}
+
+void Impacts::AddBlows(const ContactBuffer& contacts, Candidate& candidate) {
+  const ContactPair& pair = candidate.pair;
+  const double time_a = struck_[static_cast<size_t>(world_.struck_index[pair.entity_a])].time;
+  const double time_b = struck_[static_cast<size_t>(world_.struck_index[pair.entity_b])].time;
+  if (candidate.time > 0) {
+    Manifold manifold;
+    const double gap = std::max(kFlatGap, kFlatPart * candidate.closing * step_size_);
+    FindMeeting(pair, time_a, time_b, gap, manifold);
+    const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
+    for (const MeetingPoint& point : points) AddBlow(candidate, point.position, point.normal);
+    if (candidate.is_timed) candidate.gap = GapOf(points);
+    if (manifold.count > 0) return;
+  }
+  for (const ContactPoint& point : PointsOf(contacts, pair)) {
+    if (point.depth >= kDepthMin) AddBlow(candidate, point.position, point.normal);
+  }
+}
+
+// How the two separate at the blow by Newton's law, and how they rub. Returns the velocity of b against a, m/s.
+Vector3 Impacts::Ask(Blow& blow, const ContactPair& pair) const {
+  const Vector3 approach = RelativeVelocity(blow, bodies_);
+  const double closing = -approach.dot(blow.normal);
+  const bool bounces = closing > speed_.Of(pair.entity_a, pair.entity_b, blow.normal);
+  blow.separation_speed = bounces ? pair.material.restitution * closing : 0;
+  blow.friction = FrictionAt(pair.material, (approach + closing * blow.normal).norm());
+  return approach;
+}
+
+void Impacts::Separate() {
+  approaches_.clear();
+  approaches_.reserve(blows_.size());
+  for (size_t i = 0; i < blows_.size(); ++i) approaches_.push_back(Ask(blows_[i], blow_pairs_[i]->pair));
+  Restitute(blows_, bodies_, ties_);
+  BearBlows();
+}
+
+// How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.
+std::vector<StruckBody> Impacts::RestOfStep() {
+  std::vector<StruckBody> ends;
+  ends.reserve(struck_.size());
+  for (size_t i = 0; i < struck_.size(); ++i) {
+    Struck& struck = struck_[i];
+    ends.push_back(struck.motion.Coast(bodies_[i], struck.time));
+    // What it stands on holds it as far as it does so now.
+    if (!StandsOnGround(struck.row)) continue;
+    struck.by_others = struck.time * (PushOf(struck.row) - world_.accelerations[struck.row]);
+    ends.back().linear_velocity =
+        bodies_[i].linear_velocity + struck.time * world_.accelerations[struck.row] + struck.by_others;
+  }
+  PushOn(ends);
+  std::vector<Blow> supports;
+  supports.reserve(blows_.size());
+  for (size_t i = 0; i < blows_.size(); ++i) {
+    const ContactPair& pair = blow_pairs_[i]->pair;
+    const double leaving = RelativeVelocity(blows_[i], bodies_).dot(blows_[i].normal);
+    if (leaving > speed_.Of(pair.entity_a, pair.entity_b, blows_[i].normal)) continue;
+    // Nothing pulls at those to which it was passed on.
+    if (blow_pairs_[i]->borne != Borne::kUnknown && blow_pairs_[i]->time == 0) continue;
+    Blow support = blows_[i];
+    support.impulse = support.separation_speed = 0;
+    support.rubbing.setZero();
+    supports.push_back(support);
+  }
+  SolveBlows(supports, ends, ties_);
+  for (const Blow& support : supports) {
+    Struck &a = struck_[support.body_a], &b = struck_[support.body_b];
+    if (!a.motion.is_movable() || !b.motion.is_movable()) continue;
+    const Vector3 impulse = support.impulse * support.normal + support.rubbing;
+    a.by_others -= bodies_[support.body_a].inverse_mass * impulse;
+    b.by_others += bodies_[support.body_b].inverse_mass * impulse;
+  }
+  return ends;
+}
+
+void Impacts::Record() {
+  if (impulses_.points.empty()) impulses_.points.reserve(blows_.size());
+  for (size_t i = 0; i < blows_.size(); ++i) {
+    if (i == 0 || blow_pairs_[i] != blow_pairs_[i - 1]) {
+      ContactPair pair = blow_pairs_[i]->pair;
+      pair.first_point = static_cast<uint32_t>(impulses_.points.size());
+      pair.point_count = 0;
+      impulses_.pairs.push_back(pair);
+    }
+    ++impulses_.pairs.back().point_count;
+    const Blow& blow = blows_[i];
+    impulses_.points.push_back({.position = blow.position,
+                                .normal = blow.normal,
+                                .friction = blow.friction,
+                                .normal_impulse = blow.impulse,
+                                .friction_impulse = blow.rubbing,
+                                .relative_velocity = approaches_[i]});
+  }
+}
+
+void Impacts::Apply(const std::vector<StruckBody>& ends) {
+  const std::vector<Arrival> arrivals = Arrive(ends);
+  for (size_t i = 0; i < struck_.size(); ++i) {
+    const Struck& struck = struck_[i];
+    if (!struck.motion.is_movable()) continue;
+    const uint32_t row = Index(struck.row);
+    HalfStep& half = world_.layer.half_steps[row];
+    if (struck.time > 0) {
+      world_.free_since[struck.row] = struck.time;
+      const Pose then = struck.motion.PoseBefore(struck.time);
+      moved_.push_back(
+          {struck.row, then, struck.time, arrivals[i].acceleration, arrivals[i].torque, arrivals[i].by_others});
+      world_.state.set_pose(struck.row, arrivals[i].pose);
+      world_.state.linear_velocities.col(row) = arrivals[i].linear_velocity;
+      world_.state.angular_velocities.col(row) = arrivals[i].angular_velocity;
+      half.Restart();
+      continue;
+    }
+    // Its way says no longer how it goes.
+    if (world_.jointed[struck.row]) world_.free_since[struck.row] = 0;
+    const Vector3 linear = ends[i].linear_velocity - struck.lacking_linear;
+    const Vector3 angular = ends[i].angular_velocity - struck.lacking_angular;
+    const Vector3 gained = linear - world_.state.linear_velocities.col(row);
+    const Vector3 turned = angular - world_.state.angular_velocities.col(row);
+    world_.state.linear_velocities.col(row) = linear;
+    world_.state.angular_velocities.col(row) = angular;
+    half.is_struck = true;
+    if (StandsOnGround(struck.row)) half.Restart();
+    half.velocity += gained;
+    half.momentum += ends[i].tensor * turned;
+  }
+  std::sort(moved_.begin(), moved_.end(), [](const FlownWay& a, const FlownWay& b) { return a.row < b.row; });
+}
+
+}  // namespace genphys

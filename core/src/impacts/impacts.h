@@ -1,0 +1,289 @@
+#pragma once
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "genphys/contact.h"
+#include "genphys/narrow_phase.h"
+#include "genphys/row_marks.h"
+#include "impacts/impact_motion.h"
+#include "impacts/impact_world.h"
+#include "impacts/ties.h"
+#include "joints/joint_step.h"
+#include "motion/spring_forces.h"
+#include "pairs/ordered_search.h"
+
+namespace genphys {
+
+/// rad: what turns by less in a substep does not roll far into what it is in touch with.
+inline constexpr double kRollingTurn = 0.3;
+
+/// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
+class ImpactSpeed {
+ public:
+  ImpactSpeed(const ImpactWorld& world, double step_size) : world_(world), step_size_(step_size) {}
+
+  double Of(EntityRow a, EntityRow b, const Vector3& normal) const;
+  /// Nothing held or hit it in the last substep. What cannot be moved counts as well.
+  bool IsInFlight(EntityRow row) const;
+  /// Whether an impact of this pair is solved apart from the engine even without restitution. Those that are held
+  /// already come to rest on each other in the engine, together with all that holds them.
+  bool IsFree(const ContactPair& pair) const;
+  /// Whether one of them flies on its own even now, after the solve of this substep.
+  bool IsStillFree(const ContactPair& pair) const;
+
+ private:
+  bool IsMovable(EntityRow row, GeometryRow geometry) const;
+
+  const ImpactWorld& world_;
+  double step_size_;
+};
+
+/// m/s: what slips faster slides, whatever else is known of it.
+inline constexpr double kSlidingSpeed = 1e-2;
+
+/// A pair that one body flew into, maybe out of again, since the substep began.
+struct SweptPair {
+  EntityRow entity_a{};  // as in a ContactPair
+  EntityRow entity_b{};
+  GeometryRow geometry_a{};
+  GeometryRow geometry_b{};
+  double time = 0;       // s before the end of the substep
+  double closing = 0;    // m/s, then
+  bool is_deep = false;  // they had touched before, and it rolled into the other one
+};
+
+/// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
+/// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
+/// laws of Newton and Coulomb, and run forward again. What stands on the ground goes back along its way, too, and the
+/// ground takes part in the blow. What lies among others that move goes back when it meets something new that is held
+/// as well, as if it were held all the time; of that on which something lands the velocities alone change, and of those
+/// that bear it, down to the ground, to which it passes a blow on that throws back who lands. Joints pass a blow on to
+/// all that they hold, and what bears any of these takes part; all that go back together and forward again as joints
+/// let them.
+class Impacts {
+ public:
+  /// Without `rewinds` all impacts are those of the present moment.
+  Impacts(const ImpactWorld& world, double step_size, bool rewinds);
+
+  /// Solves the earliest impacts among `contacts` (at the present poses) and `swept`. False: there are none left. Pairs
+  /// with none of the rows in `changed` are as they were at the last Solve(), unless it is null. `flown` are the ways
+  /// since each body was hit, by row; none without rewinds.
+  bool Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
+             std::span<const FlownWay> flown);
+
+  /// The ways since they were hit of those that the last Solve() put elsewhere, ascending.
+  const std::vector<FlownWay>& moved() const { return moved_; }
+
+  /// Marks whose velocity or place the last Solve() may have changed.
+  void MarkStruck(RowMarks& marks) const {
+    for (const Struck& struck : struck_) marks.Mark(struck.row);
+  }
+
+  /// Who went through another, in pairs of which one was hit by somebody else before: their ways must be looked along
+  /// again.
+  std::vector<EntityRow> WaitingSwept() const;
+
+  /// Whether the two do not collide at a point that closes: a moment later they overlap no more than now, for what is
+  /// level lets what slides onto it pass.
+  bool OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const;
+
+  /// What all impacts so far passed on, in canonical order within each Solve().
+  const ContactBuffer& impulses() const { return impulses_; }
+
+ private:
+  struct Candidate {
+    ContactPair pair;
+    double time = 0;     // s before the end
+    double closing = 0;  // m/s
+    bool is_swept = false;
+    bool is_deep = false;     // it is no more touching by then
+    bool were_apart = false;  // it is known that they were, since the last impact of either
+    bool is_held = false;     // both are, or cannot be moved
+    bool is_timed = false;    // it is known when
+    double gap = 0;           // m, between them when they are hit
+    double nearest = 0;       // m, between one of them and whoever hits it then
+    bool is_apart = false;    // more than that
+    Borne borne = Borne::kUnknown;
+  };
+  // Who was pressed against whom that bears it, or that nothing can move.
+  struct Bearing {
+    EntityRow borne{};
+    EntityRow bearer{};
+    ContactPair pair;
+  };
+  // From one that is hit to all that bear it.
+  struct Descent {
+    Candidate* candidate = nullptr;
+    EntityRow hit{};
+    bool is_whole = true;
+    std::vector<EntityRow> passed{};  // that are in no earlier one, each after those that bear it
+    std::vector<int> shares_with{};   // earlier ones
+  };
+  struct Struck {
+    EntityRow row{};
+    ImpactMotion motion;
+    double time = 0;  // s before the end at which it is hit
+    // What its velocity lacks to be as joints let it: the next solve gives it that, and no impact.
+    Vector3 lacking_linear = Vector3::Zero();
+    Vector3 lacking_angular = Vector3::Zero();
+    Vector3 by_others = Vector3::Zero();  // m/s, of how it goes on from the blow to the end: see FlownWay
+    double gap = std::numeric_limits<double>::infinity();  // m, to the nearest of those that hit it
+  };
+  // What joints hold together, and something hits.
+  struct Group {
+    JointStep::Linked linked;
+    bool is_tied = false;             // joints pass on what hits it
+    double time = 0;                  // s before the end, of all of it; zero: it does not go back
+    std::vector<uint32_t> members{};  // in struck_, as its rows
+    // Its bodies: the world, the members, and what they hang on that nothing moves; and between which of these its
+    // joints are.
+    std::vector<EntityRow> sides{};
+    std::vector<std::pair<size_t, size_t>> joined{};
+    std::vector<Wrench> wrenches{};  // of what pushes these besides what is known anyway
+    bool goes_back() const { return is_tied && time > 0; }
+  };
+  // Where and how one that went back is at the end.
+  struct Arrival {
+    Pose pose;
+    Vector3 linear_velocity = Vector3::Zero();
+    Vector3 angular_velocity = Vector3::Zero();
+    Vector3 acceleration = Vector3::Zero();  // of it since the blow, m/s^2
+    Vector3 torque = Vector3::Zero();        // the same, N*m
+    Vector3 by_others = Vector3::Zero();     // see FlownWay
+  };
+
+  // Against what somebody is pressed.
+  enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
+
+  // Of the substep: impacts of one body that are nearer to each other happen at once.
+  static constexpr double kSameTime = 0.05;
+  // Of impacts in time: how far from touching (m, and of the way of a substep) the other corners of what lands flat may
+  // be.
+  static constexpr double kFlatGap = 2e-5;
+  static constexpr double kFlatPart = 0.03;
+
+  void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
+  void FindMissed(const ContactBuffer& contacts);
+  std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
+  std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
+  bool IsNewAmongHeld(const ContactPair& pair) const;
+  bool WereTouching(const EntityPair& entities) const;
+  bool WerePressed(const EntityPair& entities) const;
+  double FreeSince(const ContactPair& pair) const;
+  bool WereApart(const ContactPair& pair, double time, double speed) const;
+  bool MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const;
+  bool GoesBack(EntityRow row, const Candidate& candidate) const;
+  void Time();
+  void KeepEarliest();
+  void Refine(Candidate& candidate) const;
+  bool HasRolled(const Candidate& candidate, double time) const;
+  double ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const;
+  void CollectStruck(const ContactBuffer& contacts);
+  void AddBlows(const ContactBuffer& contacts, Candidate& candidate);
+  Vector3 Ask(Blow& blow, const ContactPair& pair) const;
+  void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
+  void Separate();
+  std::vector<StruckBody> RestOfStep();
+  void Record();
+  void Apply(const std::vector<StruckBody>& ends);
+  Vector3 PullOn(EntityRow row) const;
+  ImpactMotion MotionOf(EntityRow row) const;
+  void HoldLocked(EntityRow row, StruckBody& body) const;
+  // Of the row in struck_, to which it is added unless it is there.
+  uint32_t NumberOf(EntityRow row);
+  void AddStruck(EntityRow row, const Candidate& candidate);
+  // Who takes part in a blow of others (impact_reached.cc).
+  void DropUnreached();
+  bool FindApart();
+  bool Reaches(const Candidate& candidate, std::span<const StruckBody> after) const;
+  // m, between two that meet in these points; of none, beyond all.
+  static double GapOf(std::span<const MeetingPoint> points);
+  // What stands on the ground (impact_supports.cc).
+  void FindStances(const ContactBuffer& contacts);
+  bool IsWoken(EntityRow row) const;
+  void NoteStance(const ContactPair& pair);
+  bool IsMovable(EntityRow row) const;
+  bool StandsOnGround(EntityRow row) const;
+  bool IsBorne(EntityRow row) const;
+  bool Bears(EntityRow bearer, EntityRow row) const;
+  void AddSupports(const ContactBuffer& contacts);
+  void AddGround(const ContactBuffer& contacts);
+  bool IsSqueezed(const Group& group) const;
+  void ChooseSupports(const Group& group);
+  void AddSupportBlows();
+  Vector3 CourseOf(EntityRow row) const;
+  Vector3 PushOf(EntityRow row) const;
+  bool IsHit(EntityRow row) const;
+  const FlownWay* WayFromBlow(EntityRow row) const;
+  // What bears them that lie among others (impact_passing.cc).
+  void FindBearings(const ContactBuffer& contacts);
+  std::pair<bool, bool> BorneIn(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) const;
+  void NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed);
+  std::span<const uint32_t> BearingsOf(EntityRow row) const;
+  bool IsPassedOn(const Candidate& candidate, EntityRow row) const;
+  bool FollowDown(EntityRow row, int number, Descent& descent);
+  void AddBearers(const ContactBuffer& contacts);
+  void AddBearers(const Descent& descent);
+  // What joints hold together (impact_ties.cc).
+  bool IsLinked(EntityRow row) const;
+  const Group* GroupOf(EntityRow row) const;
+  bool IsTied(EntityRow row) const;
+  void FindGroups();
+  void LeaveHeldToSolves();
+  void TieStruck();
+  bool Tie(Group& group);
+  static JointBody ToJointBody(size_t place, const Pose& pose, const StruckBody& struck);
+  std::vector<JointBody> BodiesOf(const Group& group, double time) const;
+  std::vector<JointRow> RowsOf(const Group& group, std::span<const JointBody> bodies,
+                               std::vector<uint32_t>& slots) const;
+  void BearBlows();
+  // How it goes on after a blow (impact_arrival.cc).
+  void PushOn(std::vector<StruckBody>& ends);
+  void PushOn(const Group& group, std::vector<StruckBody>& ends);
+  bool IsJolted(EntityRow row) const;
+  void AddImpulse(EntityRow row, const Vector3& linear, const Vector3& angular);
+  void AddLoose(const Group& group);
+  bool IsSupport(const ContactPair& pair) const;
+  void AddContacts();
+  std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;
+  void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
+  void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
+  void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
+  // Where a geometry is `time` seconds later if its entity turns on as it does now, and goes on at `velocity` where the
+  // point is.
+  Placement InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
+                   double time) const;
+  Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
+  const Geometry& GeometryAt(GeometryRow row) const;
+
+  const ImpactWorld& world_;
+  double step_size_;
+  bool rewinds_;
+  ImpactSpeed speed_;
+  std::vector<Candidate> candidates_;
+  std::vector<Candidate> waiting_;    // for earlier ones of their bodies
+  std::vector<ContactPair> parting_;  // overlap, and part at the end
+  std::span<const FlownWay> ways_;    // by row
+  std::vector<Group> groups_;         // of the candidates
+  std::vector<Candidate> supports_;   // on what those stand that are struck
+  bool knows_stances_ = false;
+  std::vector<Bearing> bearings_;
+  std::vector<uint32_t> bearing_order_;  // of bearings_, by row of who is borne
+  bool knows_bearings_ = false;
+  int solves_ = 0;
+  mutable OrderedSearch touching_search_;
+  mutable OrderedSearch solved_search_;
+  std::vector<Struck> struck_;
+  Ties ties_;                       // of struck_
+  std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them
+  std::vector<Blow> blows_;
+  std::vector<const Candidate*> blow_pairs_;  // of each blow
+  std::vector<Vector3> approaches_;           // m/s, relative velocity at each blow before it
+  std::vector<FlownWay> moved_;
+  ContactBuffer impulses_;
+};
+
+}  // namespace genphys

@@ -1,0 +1,243 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "genphys/backend.h"
+#include "genphys/islands.h"
+#include "genphys/joint_index.h"
+#include "genphys/layer_state.h"
+#include "genphys/row_marks.h"
+#include "genphys/row_set.h"
+#include "genphys/scene.h"
+#include "genphys/state.h"
+#include "genphys/stepper.h"
+#include "joints/joint_body.h"
+#include "joints/row_solver.h"
+#include "joints/row_writer.h"
+#include "joints/solve_energy.h"
+#include "motion/mover.h"
+
+namespace genphys {
+
+/// rad in a substep: a body that joints turn farther has no momentum that says how it turns.
+inline constexpr double kResolvedTurn = 0.7;
+
+/// What joints hold where it is and as it moves, without inverses; or the world.
+JointBody BodyNow(const Scene& scene, const StateArrays& state, EntityRow row);
+
+/// The joints of a world over one step: what they add to the bodies they hold, rows for each solve, and what these come
+/// to. Arguments outlive this object. It is kept from step to step for its memory only.
+class JointStep {
+ public:
+  JointStep(const Scene& scene, const JointIndex& index, StateArrays& state, const RowSet& active, LayerState& layer)
+      : scene_(scene), index_(index), state_(state), active_(active), layer_(layer) {}
+
+  /// Begins a step without joints; Hold() adds them. `jointed`, which outlives the step, gets the rows that they hold.
+  void Start(RowMarks& jointed);
+
+  /// Adds the joints of an entity that moves, between substeps. Those of which nobody moves cost nothing.
+  void Hold(EntityRow row);
+
+  /// Whether any entity that these joints hold sleeps.
+  bool HoldSleeper() const;
+
+  /// Begins a substep of `h` seconds, before forces act: poses and velocities are those at its start, and tensors are
+  /// set.
+  void Begin(double h);
+
+  /// Tells how a movable body is turned at the start of the substep that Begin() comes to.
+  void SetTensors(EntityRow row, const TurnedTensors& turned);
+
+  /// Tells what torques of the substep add to the spin (rad/s) of a body that joints hold, and the angular momentum
+  /// that it has with that.
+  void Kick(EntityRow row, const Vector3& spin, const Vector3& momentum);
+
+  /// The body as joints hold it in this substep, or null.
+  const JointBody* Find(EntityRow row) const;
+
+  /// The bodies that are harder to turn in this substep.
+  std::span<const InertiaScale> scales() const { return scales_; }
+
+  /// The rows of all joints that hold something awake, at the present poses, for a solve over `h` seconds. Others may
+  /// be added behind them.
+  std::vector<JointRow>& Write(double h);
+
+  /// Solves all at once those of `rows` (as Write() gave them, with others behind) whose islands touch nothing, unless
+  /// `solver` says otherwise: of the movable `moving` rows, with the contacts as they are. Returns those that are left
+  /// to the engine, which TakeLeft() must follow. The solve is over `h` seconds. Until then the state has the
+  /// velocities that move the bodies to where they shall be, and from then on those that they have.
+  std::span<JointRow> Solve(Solver solver, double h, std::span<const EntityRow> moving, const ContactBuffer& contacts,
+                            std::vector<JointRow>& rows);
+  void TakeLeft(std::vector<JointRow>& rows);
+
+  /// Whether that solve followed the body through the substep, so that in the long run it gets no energy of it.
+  bool IsFollowed(EntityRow row) const;
+
+  /// What a row shall be, m/s or rad/s, where it makes up for no error.
+  static double QuietTarget(const JointRow& row);
+  /// Solves an island (by its number) again without making up for errors, which gives no energy: its bodies and `rows`
+  /// get what this comes to. False: that solve left it to the engine, or the numbers do not suffice.
+  bool SolveQuietly(uint32_t island, std::vector<JointRow>& rows);
+  /// Says which part of the way from there to the solve at least bodies must go, so that no more of an error is left to
+  /// wait than who turns as these do makes in one substep.
+  void BoundWaits(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
+
+  /// Which bodies that solve held together.
+  const Islands& islands() const { return islands_; }
+
+  /// Whether what that solve `gained` the body (m/s) and `turned` it (rad/s) is no part of its course, because what was
+  /// to be held together did not move together.
+  bool IsJolted(EntityRow row, const Vector3& gained, const Vector3& turned) const;
+
+  /// Allows each island (by its number) the energy that motors and springs gave it in that solve over `h` seconds, and
+  /// what it takes to make up for errors; and says how much ways bend where somebody begins to turn.
+  void AllowWork(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const;
+
+  /// Takes what that solve made of the rows. Velocities must still be those by which it moved the bodies.
+  void Take(double h);
+
+  /// What joints hold together with an entity, as far as it can be moved, and the joints that hold that.
+  struct Linked {
+    std::vector<EntityRow> rows;  // the entity first
+    std::vector<uint32_t> slots;  // ascending
+    std::vector<uint32_t> loose;  // ascending; on one of the rows, and not what holds them together
+  };
+  /// Marks them in `seen`, which has none of them.
+  Linked LinkedWith(EntityRow row, RowMarks& seen) const;
+  /// The same of joints that lock something: others let go of each other in a blow.
+  Linked TiedTo(EntityRow row, RowMarks& seen) const;
+
+  /// Appends the rows of all that a joint locks, between these bodies where they are.
+  void WriteLocked(uint32_t slot, const JointBody& a, const JointBody& b, std::vector<JointRow>& rows) const;
+
+  /// Appends the rows of all locked axes of these, which are in `bodies` behind the world.
+  void WriteLocks(const Linked& linked, std::span<const JointBody> bodies, std::vector<JointRow>& rows) const;
+
+  /// What the last solve made of those rows of a joint that lock nothing, with their impulses in the substep.
+  std::vector<JointRow> LooseRows(uint32_t slot) const;
+
+  /// How a body moves differently: m/s and rad/s.
+  struct Change {
+    EntityRow row{};
+    Vector3 linear = Vector3::Zero();
+    Vector3 angular = Vector3::Zero();
+    bool is_pressed = false;  // something that it is held to is pressed against its limit from now on
+  };
+  /// Marks all that joints hold together with what came to a limit in the last solve.
+  void FindReached(RowMarks& reached);
+  /// What is left of the blows of those limits at the end of a substep of `h` seconds: what was solved is what brings
+  /// all of them to the right place, a part of the blow. With the rest, what a limit stopped moves as it was pulled
+  /// away since, as far as what is locked lets it.
+  std::vector<Change> LeaveReached(double h);
+
+  /// Tells that blows between two solves left a row of the joint to bear the impulse that it has.
+  void Bear(uint32_t slot, const JointRow& row);
+
+  /// Notes what the joints held over `step_size` seconds; returns those that must break, ascending.
+  std::vector<JointId> Finish(double step_size);
+
+  /// Undoes all of it.
+  void Restore();
+
+ private:
+  struct Held {
+    explicit Held(uint32_t joint) : slot(joint) {}
+
+    uint32_t slot;
+    uint32_t a = 0;  // in bodies_
+    uint32_t b = 0;
+    JointState before;  // the step
+    ErrorCorrection correction;
+    bool was_held = false;
+    Vector3 force = Vector3::Zero();       // N*s on b so far
+    Vector3 torque = Vector3::Zero();      // N*m*s on b so far
+    Vector3 last_force = Vector3::Zero();  // N on b, in the last substep
+    double share = 1;                      // of the substep, to the time for which its solve acts
+
+    // That part of the impulse of a row.
+    void Bear(double part, const JointRow& row);
+  };
+
+  // How fast what is locked moved apart before the forces of the substep acted.
+  struct Jolt {
+    double linear = 0;   // m/s
+    double angular = 0;  // rad/s
+  };
+
+  std::span<JointBody> bodies() { return std::span(bodies_).first(body_count_); }
+  std::span<const JointBody> bodies() const { return std::span(bodies_).first(body_count_); }
+  void SortHeld();
+  uint32_t BodyOf(const EntityRef& entity);
+  ErrorCorrection CorrectionOf(const JointDesc& desc) const;
+  bool MayHold(const JointDesc& desc) const;
+  void Load(JointBody& body, double h) const;
+  void Stiffen(double h);
+  void CatchTorn(double h);
+  template <typename Visit>
+  void VisitPulls(std::span<const JointRow> rows, std::span<const uint32_t> mine, Visit&& visit);
+  bool MayBeSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
+  bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
+  const JointBody& BodyAt(EntityRow side) const;
+  // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns:
+  // of the row at `index`.
+  double BendAt(std::span<const JointRow> rows, size_t index, double h) const;
+  // Of that, because the line between two points turns.
+  double BendOfLine(const JointRow& row, size_t index, double h) const;
+  // Those of a joint that say where its point is.
+  static bool BendsAlike(const JointRow& a, const JointRow& b);
+  // Whether a row is aimed at more than the bend of its way.
+  bool MakesUpForMuch(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h) const;
+  bool IsResolved(std::span<const uint32_t> mine, double h) const;
+  // The constant spin (rad/s) that turns the body as its momentum after the solve does.
+  Vector3 FlowOf(const JointBody& body, double h) const;
+  double Aim(std::span<const uint32_t> mine, double h, std::vector<JointRow>& rows);
+  bool SolveAgain(uint32_t island);
+  bool Follow(uint32_t island, double h, std::vector<JointRow>& rows);
+  bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
+  void FindJolts(std::span<const JointRow> rows);
+  void LeaveReached(const Linked& group, double h, std::vector<Change>& changes);
+  JointBody EndOf(EntityRow side, size_t place) const;
+  // Those of a joint between bodies as they are, with nothing foretold, for a solve over `h` seconds.
+  std::vector<JointRow> RowsBetween(uint32_t slot, const JointBody& a, const JointBody& b, double h) const;
+  template <typename IsLoose>
+  Linked LinkedWith(EntityRow row, RowMarks& seen, IsLoose&& is_loose) const;
+  const JointRow* SolvedLimit(const Held& held, const JointRow& now) const;
+  bool WriteReached(const Held& held, const JointBody& body_a, const JointBody& body_b, double h,
+                    std::vector<JointRow>& rows) const;
+  void Push(JointBody& body, double h);
+  // How far the way of a joint over a substep of `h` seconds can be foretold, 0 to 1. Who turns far in it comes out
+  // elsewhere.
+  double TrustInTurns(const Held& held, double h) const;
+  double TrustInPulls(const Held& held) const;
+  // Appends the rows of one joint, aimed at where its bodies are expected to be as far (0 to 1) as that can be trusted.
+  void WriteRowsOf(Held& held, double h, double trust, std::vector<JointRow>& rows);
+
+  const Scene& scene_;
+  const JointIndex& index_;
+  StateArrays& state_;
+  const RowSet& active_;
+  LayerState& layer_;
+  RowMarks* jointed_ = nullptr;
+  std::vector<JointBody> bodies_{1};  // the first is the world
+  size_t body_count_ = 1;             // of those, in this step
+  std::vector<uint32_t> body_of_;     // by row; zero: no joint holds it
+  std::vector<uint8_t> is_held_;      // by slot
+  std::vector<Held> held_;            // in order of slots, once a substep begins
+  std::vector<JointRow> rows_;
+  std::vector<uint32_t> owners_;  // of rows_, in held_
+  std::vector<double> expected_;  // scratch
+  std::vector<InertiaScale> scales_;
+  Islands islands_;
+  RowSolver solver_;
+  std::vector<std::vector<uint32_t>> by_island_;  // rows, by island; none of one that is left to the engine
+  std::vector<double> targets_;                   // scratch
+  std::vector<JointRow> aimed_;                   // scratch
+  bool may_jolt_ = false;                         // a body begins anew, perhaps as others do not move
+  std::vector<Jolt> jolts_;                       // by island, or none
+  std::vector<Linked> reached_;                   // limits, in the last solve
+  std::vector<JointRow> left_rows_;
+  std::vector<uint32_t> left_;  // in rows
+};
+
+}  // namespace genphys

@@ -1,0 +1,189 @@
+#include "shapes/surface_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "genphys/bounds.h"
+#include "shapes/separation.h"
+
+namespace genphys {
+namespace {
+
+// Sine of the angle by which a neighbouring vertex may stand out of the plane in which a corner or edge is touched.
+constexpr double kLevel = 1e-6;
+// Cosine between two normals above which they push in one direction.
+constexpr double kSameNormal = 1 - 1e-6;
+// Of the size of the solid: nearer points are one.
+constexpr double kSamePoint = 1e-6;
+// A group with so many points is thinned out before more come.
+constexpr size_t kGroupMax = 64;
+// What overlaps a triangle by more than this part of its own size along its normal, and by less than a fraction of that
+// in another direction, meets one of the triangles beside it.
+constexpr double kDeep = 0.5;
+constexpr double kMuchLess = 0.25;
+
+// One surface and one solid, both moved so that the solid's place is the origin.
+template <typename Surface>
+class Meeting {
+ public:
+  Meeting(const Surface& surface, bool is_solid_below, const Solid& solid, const Vector3& place, double gap,
+          SurfacePoints& points)
+      : surface_(surface), is_solid_below_(is_solid_below), solid_(solid), place_(place), gap_(gap), points_(points) {}
+
+  void Meet(SurfaceTriangle triangle) {
+    for (Vector3& corner : triangle.corners) corner -= place_;
+    const Vector3 up = triangle.AreaVector().normalized();
+    const double level = up.dot(triangle.corners[0]);
+    if (-solid_.Reach(-up) - level > gap_) return;
+    const bool is_behind = solid_.Reach(up) < level;
+    if (is_behind && !is_solid_below_) return;
+    const Solid flat(triangle);
+    if (is_behind || PushesUpwardsOnly(triangle, up, level)) return Add(flat, up, std::nullopt);
+    if (const auto apart = SeparationApart(flat, solid_)) {
+      MeetApart(triangle, flat, up, *apart);
+    } else {
+      MeetOverlapping(triangle, flat, up);
+    }
+  }
+
+ private:
+  void MeetApart(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up, const Separation& apart) {
+    const bool is_below = apart.normal.dot(up) < 0;
+    if (is_below ? !is_solid_below_ : apart.depth < -gap_) return;
+    if (!is_below && Pushes(triangle, up, apart.normal)) {
+      Add(flat, apart.normal, apart);
+    } else {
+      Add(flat, up, std::nullopt);
+    }
+  }
+
+  void MeetOverlapping(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up) {
+    const double upward = OverlapAlong(flat, solid_, up);
+    double least = upward, least_pushing = upward;
+    std::optional<Separation> best;
+    const auto consider = [&](const Vector3& start) {
+      const Separation found = Descend(flat, solid_, start);
+      least = std::min(least, found.depth);
+      if (found.depth >= least_pushing || !Pushes(triangle, up, found.normal)) return;
+      least_pushing = found.depth;
+      best = found;
+    };
+    consider(up);
+    if (const auto shallow = ShallowDirection(flat, solid_)) consider(*shallow);
+    if (best) return Add(flat, best->normal, best);
+    if (!is_solid_below_ && upward > kDeep * solid_.size() && least < kMuchLess * upward) return;
+    Add(flat, up, std::nullopt);
+  }
+
+  // Whether the surface has a place on this triangle where it can push along `normal`: none of what lies round the
+  // corners that reach farthest that way stands out of the plane across it.
+  bool Pushes(const SurfaceTriangle& triangle, const Vector3& up, const Vector3& normal) const {
+    if (normal.dot(up) < -kLevel) return false;
+    const auto height = [&](size_t i) { return normal.dot(triangle.corners[i]); };
+    const double highest = std::max({height(0), height(1), height(2)});
+    const double slack = kLevel * Solid(triangle).size();
+    bool is_highest = true;
+    for (size_t i = 0; i < 3 && is_highest; ++i) {
+      if (height(i) < highest - slack) continue;
+      VisitNeighbors(surface_, triangle.numbers[i], [&](const Vector3& neighbor) {
+        const Vector3 edge = neighbor - place_ - triangle.corners[i];
+        is_highest &= normal.dot(edge) <= kLevel * edge.norm();
+      });
+    }
+    return is_highest;
+  }
+
+  // Of a triangle that all around lies flat or in a hollow there is nothing to search. What overlaps it deeply is
+  // looked at more closely, for it may rather meet a triangle beside it.
+  bool PushesUpwardsOnly(const SurfaceTriangle& triangle, const Vector3& up, double level) const {
+    if (level + solid_.Reach(-up) > kDeep * solid_.size()) return false;
+    bool is_lowest = true;
+    for (size_t i = 0; i < 3 && is_lowest; ++i) {
+      is_lowest = !IsAtRim(surface_, triangle.numbers[i]);
+      VisitNeighbors(surface_, triangle.numbers[i], [&](const Vector3& neighbor) {
+        const Vector3 edge = neighbor - place_ - triangle.corners[i];
+        is_lowest &= up.dot(edge) >= -kLevel * edge.norm();
+      });
+    }
+    return is_lowest;
+  }
+
+  // `closest`: where they meet if no faces do.
+  void Add(const Solid& flat, const Vector3& normal, const std::optional<Separation>& closest) {
+    PointSet points(gap_);
+    AddFlatPoints(flat, solid_, normal, points);
+    const bool is_flat = !closest || flat.FeatureAt(normal).normal.dot(normal) > kSameNormal;
+    if (points.is_empty() && !is_flat) {
+      points.Add({.position = closest->place, .normal = closest->normal, .depth = closest->depth});
+    }
+    points_.Add(points);
+  }
+
+  const Surface& surface_;
+  bool is_solid_below_;
+  const Solid& solid_;
+  const Vector3& place_;
+  double gap_;
+  SurfacePoints& points_;
+};
+
+}  // namespace
+
+PointSet& SurfacePoints::GroupFor(const Vector3& normal) {
+  for (PointSet& group : groups_) {
+    if (group.normal().dot(normal) > kSameNormal) return group;
+  }
+  return groups_.emplace_back(gap_);
+}
+
+void SurfacePoints::Add(const PointSet& points) {
+  for (const MeetingPoint& point : points.points()) {
+    PointSet& group = GroupFor(point.normal);
+    const auto is_same = [&](const MeetingPoint& other) {
+      return (other.position - point.position).squaredNorm() < same_ * same_;
+    };
+    if (std::any_of(group.points().begin(), group.points().end(), is_same)) continue;
+    if (group.points().size() >= kGroupMax) {
+      Manifold thinned;
+      group.ReduceTo(thinned);
+      group = PointSet(gap_);
+      for (int i = 0; i < thinned.count; ++i) group.Add(thinned.points[static_cast<size_t>(i)]);
+    }
+    group.Add(point);
+  }
+}
+
+void SurfacePoints::ReduceTo(Manifold& manifold) {
+  std::stable_sort(groups_.begin(), groups_.end(),
+                   [](const PointSet& a, const PointSet& b) { return a.deepest() > b.deepest(); });
+  for (const PointSet& group : groups_) {
+    if (manifold.count + Manifold::kPointsPerNormal > Manifold::kPointsMax) return;
+    group.ReduceTo(manifold);
+  }
+}
+
+void FindSurfaceContacts(const Shape& surface, const Shape& shape, const Placement& placement, double gap,
+                         Manifold& manifold) {
+  const Solid solid(shape, {Vector3::Zero(), placement.rotation});
+  const Bounds bounds = BoundsOf(shape, placement).Widened(gap);
+  SurfacePoints points(gap, kSamePoint * solid.size());
+  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) {
+    Meeting meeting(*mesh->data, false, solid, placement.position, gap, points);
+    VisitTriangles(
+        *mesh->data, [&](const Bounds& box) { return box.Overlaps(bounds); },
+        [&](const SurfaceTriangle& triangle) { meeting.Meet(triangle); });
+  } else if (const auto* field = std::get_if<Heightfield>(&surface)) {
+    Meeting meeting(*field->data, true, solid, placement.position, gap, points);
+    // All that lies below is solid, however deep.
+    const auto is_over = [&](Bounds box) {
+      box.min.z() = std::min(box.min.z(), bounds.min.z());
+      return box.Overlaps(bounds);
+    };
+    VisitTriangles(*field->data, is_over, [&](const SurfaceTriangle& triangle) { meeting.Meet(triangle); });
+  }
+  const int first = manifold.count;
+  points.ReduceTo(manifold);
+  for (int i = first; i < manifold.count; ++i) manifold.points[static_cast<size_t>(i)].position += placement.position;
+}
+
+}  // namespace genphys

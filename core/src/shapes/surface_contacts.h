@@ -1,0 +1,45 @@
+#pragma once
+#include <vector>
+
+#include "genphys/narrow_phase.h"
+#include "shapes/clipping.h"
+
+namespace genphys {
+
+/// Gathers the points in which a convex solid meets a surface, one group for each direction in which that pushes.
+class SurfacePoints {
+ public:
+  /// Points with a larger gap (m) are left out, and so are those as near as `same` (m) to one before.
+  SurfacePoints(double gap, double same) : gap_(gap), same_(same) {}
+
+  void Add(const PointSet& points);
+  /// Appends the groups with the deepest points, four points of each.
+  void ReduceTo(Manifold& manifold);
+
+ private:
+  PointSet& GroupFor(const Vector3& normal);
+
+  double gap_;
+  double same_;
+  std::vector<PointSet> groups_;
+};
+
+/// Where a mesh or heightfield meets the bounded convex `shape`, which lies at `placement` in the frame of the surface.
+/// Positions and normals, from the surface to the shape, are in that frame too. The edges between two triangles push
+/// only in directions between their normals, so that what slides over a flat seam does not feel it.
+void FindSurfaceContacts(const Shape& surface, const Shape& shape, const Placement& placement, double gap,
+                         Manifold& manifold);
+
+/// Calls visit(triangle) for the triangles of `surface` within `bounds` in its frame until it returns false.
+template <typename Visit>
+void VisitTrianglesIn(const Shape& surface, const Bounds& bounds, Visit&& visit) {
+  bool go_on = true;
+  const auto test = [&](const Bounds& box) { return go_on && box.Overlaps(bounds); };
+  const auto visit_triangle = [&](const SurfaceTriangle& triangle) {
+    if (go_on) go_on = visit(triangle);
+  };
+  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) VisitTriangles(*mesh->data, test, visit_triangle);
+  if (const auto* field = std::get_if<Heightfield>(&surface)) VisitTriangles(*field->data, test, visit_triangle);
+}
+
+}  // namespace genphys

@@ -1,0 +1,264 @@
+#pragma once
+#include <chrono>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "genphys/world.h"
+#include "impacts/impact_sweep.h"
+#include "impacts/impacts.h"
+#include "joints/joint_step.h"
+#include "motion/field_forces.h"
+#include "motion/locked_axes.h"
+#include "motion/mover.h"
+#include "pairs/disjoint_sets.h"
+#include "pairs/ordered_search.h"
+#include "step/step_scratch.h"
+#include "step/step_undo.h"
+#include "step/touching.h"
+
+namespace genphys {
+
+/// One step of one world, from the boundary before it to the boundary after it.
+class StepRun {
+ public:
+  StepRun(World& world, double step_size);
+
+  /// BUDGET_EXCEEDED and DIVERGED leave all as it was; after DIVERGED the engine is gone.
+  Status Run();
+
+ private:
+  // A mover of an island of which a part of a solve is taken.
+  struct Restrained {
+    const Mover* mover = nullptr;
+    uint32_t island = 0;
+    Vector3 linear = Vector3::Zero();  // as solved
+    Vector3 spin = Vector3::Zero();
+    Pose place;                              // to where that took it
+    Vector3 quiet_linear = Vector3::Zero();  // as solved without making up for errors
+    Vector3 quiet_spin = Vector3::Zero();
+  };
+
+  class Crowd;
+  class Jolts;
+  class Turns;
+
+  // A dynamic body that nothing can meet in this step.
+  struct Flyer {
+    EntityRow row{};
+    Vector3 acceleration = Vector3::Zero();
+  };
+
+  // How what moves by itself goes in this step.
+  struct Course {
+    EntityRow row{};
+    // As told: m/s and rad/s, the mean of the step.
+    Vector3 linear = Vector3::Zero();
+    Vector3 angular = Vector3::Zero();
+    // By how much faster it is at the end of the step than at its beginning.
+    Vector3 gain = Vector3::Zero();
+    Vector3 twist = Vector3::Zero();
+  };
+
+  void Advance();
+  void RunEngine(uint32_t substeps);
+  void CollectRows();
+  // Tells the layer where the entity's geometries are.
+  void Place(EntityRow row);
+  // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes, with what those
+  // touch. Whether pairs of others than `moved` may have changed.
+  bool CollideAndWake(const std::vector<EntityRow>* moved);
+  void FinishJoints();
+  void Substep(double h, double elapsed);
+  void Solve(double h);
+  void LeaveLimits(double h);
+  void MoveKinematic(double h);
+  void Undo();
+  ContactBudget BudgetWithin() const;
+  void StartMover(EntityRow row, Mover& mover);
+  bool IsDynamic(EntityRow row) const;
+  bool IsMoved(EntityRow row) const { return world_.active_[Index(row)] && IsDynamic(row); }
+  bool Fits(EntityRow row) const;
+  void Retire(std::span<const EntityRow> strays);
+  void RetireStrays();
+  void Mark(std::string_view stage);
+
+  // Who is woken (step_wake.cc).
+  bool WakeTouched();
+  void WakeCarried(std::vector<EntityRow>& carried) const;
+  // CollideAndWake() of who was woken last.
+  void CollideWoken();
+  void WakeMet(double h);
+  std::vector<EntityRow> FindMet(double h);
+  void FindDrives(double h);
+  double DriveOf(const ContactPair& pair, double h) const;
+  double DriveOf(const JointDesc& joint, double h) const;
+  Push WholePush(EntityRow row) const;
+  Push NewPush(EntityRow row) const;
+  Vector3 GainAt(EntityRow row, const Push& push, const Vector3& point, double h) const;
+
+  // The ways of kinematic bodies (step_passages.cc).
+  // Returns those whose way is over, who may be elsewhere now.
+  std::vector<EntityId> StartPassages();
+  bool Lead(EntityId id, Passage& passage);
+  void FindCourses();
+  // Whether it is led faster and faster, or slower, within this step.
+  bool ChangesCourse(EntityRow row) const;
+  void FollowCourses(double part);
+  void EndCourses();
+
+  // The flight lane (step_flight.cc).
+  bool MayFly(EntityRow row) const;
+  void MarkListed(std::span<const EntityId> listed);
+  void MarkSteered();
+  bool MayMeetField(EntityRow row, const Vector3& acceleration) const;
+  Bounds RegionOf(EntityRow row, const Vector3& acceleration, const Vector3& drift) const;
+  Vector3 CommonVelocity() const;
+  Vector3 CommonWay() const;
+  void ReserveFlyers(const Vector3& drift);
+  bool Drift();
+  void ChooseFlyers();
+  void GroundThoseThatMeet();
+  static double ThicknessOf(const SceneEntity& entity);
+  void GroundMet(double elapsed);
+  bool GroundPassed(const Swept& swept, double h, double elapsed, std::vector<FlownWay>& flown,
+                    std::vector<FlownWay>& ways);
+  void Ground(EntityRow row, double elapsed);
+  void ForgetGrounded();
+  void Fly(const Flyer& flyer, double time);
+  void FinishFlight();
+
+  // Forces (step_kick.cc).
+  Wrench WrenchOf(const PendingForce& pending) const;
+  void GatherForces();
+  void GatherSamples();
+  Push AddSample(Mover& mover) const;
+  void GatherFields(double h);
+  Push SteadyPush(EntityRow row) const;
+  Push FieldPush(EntityRow row) const;
+  Vector3 DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
+                   const Vector3& acceleration) const;
+  Pose LedFrom(EntityRow row, double time) const;
+  bool WakeSwept(std::span<const SweptPair> swept);
+  bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
+  void NoteTurn(EntityRow row, const Vector3& acceleration);
+  void TakeSteady(Mover& mover);
+  void BeginMovers();
+  void BeginMover(Mover& mover);
+  void KickMover(Mover& mover, double h);
+  void TakeTensors(Mover& mover) const;
+  void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
+  void HoldOver(const Mover& mover, double h, const Vector3& gained, const Vector3& turned);
+  void EndMover(Mover& mover, double h);
+  void KeepEarned(Mover& mover, double h, const Vector3& turned);
+
+  // Who is let go of (step_release.cc).
+  bool Holds(const ContactPair& pair) const;
+  void PayReleased();
+  void PayAcross(const RowMarks& paid);
+  void PayPart(const ContactPair& pair, EntityRow row);
+  void VisitHeldTogether(absl::FunctionRef<bool(const ContactPair&)> holds,
+                         absl::FunctionRef<void(uint32_t, uint32_t)> join);
+  DisjointSets HangTogether();
+  void RestartFallen();
+  bool IsLedOtherwise(EntityRow row) const;
+  void NoteLed(EntityRow row);
+  void RestartCarried();
+  void RestartTogether();
+
+  // What is owed after blows within contacts (step_jolts.cc).
+  void ShareJolts(double h);
+
+  // Contacts (step_contacts.cc).
+  Vector3 CenterOf(EntityRow row) const;
+  Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
+  // At the points of the pairs of `changed` alone unless it is null.
+  void FillRelativeVelocities(const RowMarks* changed);
+  void PrepareContacts(double h);
+  void RoughenSliding(ContactPair& pair, double h);
+  // What the last solve left of the pair, or null.
+  const ContactPair* SolvedBefore(const ContactPair& pair) const;
+  double IntervalOf(const ContactPair& pair, double h) const;
+  void ShareImpulses(double h);
+  void NoteUneven(const ContactPair& pair, double h);
+  // What met in the substep just done, or what a command made meet before the first one.
+  // False: there were too many for one substep.
+  bool ResolveImpacts(double h, double elapsed, bool after_move);
+  ImpactWorld Surroundings();
+  std::vector<FlownWay> FlownWays(double h) const;
+  static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
+  void AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const;
+  void AddVisits();
+
+  // How surfaces slip for their bodies turn (step_bends.cc).
+  std::optional<Vector3> CurvedAbout(EntityRow entity, GeometryRow row, const ContactPoint& point) const;
+  Vector3 RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
+  Vector3 FlatBend(const ContactPair& pair, double h) const;
+  void FindBends(double h);
+
+  // Friction that turns within a substep (step_turns.cc).
+  void FindTurns(double h);
+  void GiveTurns();
+  void KickTurned(const FrictionTurn& turn, EntityRow row);
+  void TakeTurns(double h);
+  void KeepTurns();
+  void ShiftTurned();
+
+  // Energy of joints (step_energy.cc).
+  bool IsMovedByOthers(EntityRow row) const;
+  void FindEnergies(double h, std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
+  void RestrainJointed(double h, std::vector<JointRow>& rows);
+  static double WorkOwed(const Mover& mover, const Vector3& turned);
+  double WorkBegun(const Mover& mover, const Vector3& gained, double h, double bend_most) const;
+  std::vector<Restrained> RestrainedBodies(std::span<const SolveEnergy> energies) const;
+  void GoQuietly(double h, std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies,
+                 std::vector<Restrained>& bodies);
+  void SolveLeftQuietly(double h, std::vector<JointRow>& rows, std::span<const SolveEnergy> energies,
+                        std::vector<Restrained>& bodies);
+  void TakeParts(double h, std::span<const SolveEnergy> energies, std::span<const Restrained> bodies);
+  void ShareParts(std::span<const JointRow> solved, const ContactBuffer& solved_contacts,
+                  std::span<const SolveEnergy> energies, std::vector<JointRow>& rows);
+
+  // What is told of the step (step_report.cc).
+  void FinishNetForces();
+  void CountForcesDown();
+  void Report();
+  void PutToSleep(EntityRow row);
+  void CountIslands();
+  void FillStats(size_t fell_asleep);
+
+  // Of what a contact gives in a substep, what it gives in the half of it that the velocities of its middle lack.
+  static constexpr double kOwed = 0.5;
+  // m: a contact with a wider gap touches nothing yet.
+  static constexpr double kReleaseGap = 1e-3;
+
+  World& world_;
+  double step_size_;
+  double substep_ = 0;  // s
+  Solver solver_ = Solver::kAutomatic;
+  bool ran_ = false;                // something was moved
+  bool is_first_ = true;            // substep
+  bool settled_ = false;            // no impacts are left
+  bool is_anybody_jolted_ = false;  // in this substep
+  bool is_rearranged_ = false;      // bodies came, went or were put elsewhere between two steps
+  StateArrays& state_;
+  StepScratch& scratch_;
+  FieldForces fields_;
+  StepUndo undo_;
+  std::vector<Mover>& movers_;
+  std::vector<EntityRow> rows_;  // of movers_, ascending; at the start of a step with those of flyers_
+  std::vector<Flyer> flyers_;
+  FieldForces::Reach field_reach_;
+  std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
+  std::vector<Course> courses_;            // of these
+  StepTouches touches_;
+  JointStep& joints_;
+  LockedBodies locked_;
+  mutable OrderedSearch solved_search_;
+  std::vector<SweptPair> visits_;  // of sensors in this substep, by who was not stopped before
+  std::vector<JointBroke> broken_;
+  std::vector<EntityId> faulted_;
+  std::chrono::steady_clock::time_point mark_;
+};
+
+}  // namespace genphys

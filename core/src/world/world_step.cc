@@ -1,0 +1,376 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "genphys/limits.h"
+#include "model/cat.h"
+#include "model/validate.h"
+#include "motion/free_rotation.h"
+#include "pairs/near_pairs.h"
+#include "step/event_order.h"
+#include "step/sleeping.h"
+#include "step/step_run.h"
+#include "world/initial_world.h"
+
+namespace genphys {
+Status World::Step(std::optional<double> step_size) {
+  if (faulted_) return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read and reset");
+  const double size = step_size.value_or(scene_.world.stepper.step_size);
+  GENPHYS_RETURN_IF_ERROR(CheckNumber(size, Limits::kStepSizeMin, Limits::kStepSizeMax, "step_size_seconds"));
+  if (scratch_ == nullptr) scratch_ = std::make_unique<StepScratch>();
+  if (layer_.step == 0) initial_.reset(new Initial{scene_, state_, layer_});
+  return StepRun(*this, size).Run();
+}
+
+bool World::IsAtRest() const {
+  if (faulted_) return false;
+  return engine_ == nullptr || (active_count_ == 0 && layer_.passages.empty() && woken_.empty());
+}
+
+void World::StepAtRest(uint64_t count) {
+  // One by one, for the time to be that of as many steps to the last bit.
+  for (uint64_t i = 0; i < count; ++i) layer_.simulation_time += scene_.world.stepper.step_size;
+  layer_.step += count;
+  if (count > 0) lately_active_.Clear();
+}
+
+StepRun::StepRun(World& world, double step_size)
+    : world_(world),
+      step_size_(step_size),
+      state_(world.state_),
+      scratch_(*world.scratch_),
+      fields_(world.scene_, world.state_),
+      undo_(world),
+      movers_(scratch_.movers),
+      touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
+      joints_(*world.joint_step_),
+      locked_(world.scene_, world.state_) {}
+
+Status StepRun::Run() {
+  if (world_.record_stats_) {
+    world_.stats_ = {};
+    mark_ = std::chrono::steady_clock::now();
+  }
+  if (world_.engine_ != nullptr) {
+    const std::vector<EntityId> arrived = StartPassages();
+    CollectRows();
+    // They stand still from here on, and are not among those who are active.
+    for (const EntityId id : arrived) world_.lately_active_.Add(id.index());
+    // Nothing moves, so nothing can come to touch: nothing is called.
+    if (!rows_.empty() || !kinematic_rows_.empty()) {
+      ++world_.changes_;
+      try {
+        Advance();
+      } catch (const BudgetExceeded& why) {
+        Undo();
+        return world_.OverBudget(why.what(), undo_.has_solved());
+      } catch (const EngineFault& fault) {
+        // It is beyond use after a fault.
+        world_.engine_.reset();
+        Undo();
+        return world_.Diverged(fault.what());
+      }
+    }
+  }
+  ++world_.layer_.step;
+  world_.layer_.simulation_time += step_size_;
+  if (world_.engine_ != nullptr) Report();
+  return absl::OkStatus();
+}
+
+void StepRun::Mark(std::string_view stage) {
+  if (!world_.record_stats_) return;
+  const auto now = std::chrono::steady_clock::now();
+  const auto spent = static_cast<uint64_t>(std::chrono::nanoseconds(now - mark_).count());
+  mark_ = now;
+  auto& stages = world_.stats_.stages;
+  const auto same = std::find_if(stages.begin(), stages.end(), [&](const auto& s) { return s.name == stage; });
+  if (same == stages.end()) {
+    stages.push_back({stage, spent});
+  } else {
+    same->nanoseconds += spent;
+  }
+}
+
+bool StepRun::IsDynamic(EntityRow row) const { return world_.scene_.entities[Index(row)]->traits.is_dynamic; }
+
+void StepRun::CollectRows() {
+  if (world_.active_count_ == 0) return world_.lately_active_.Clear();
+  world_.lately_active_ = world_.active_;
+  world_.active_.ForEach([&](uint32_t index) {
+    const EntityRow row{index};
+    (IsDynamic(row) ? rows_ : kinematic_rows_).push_back(row);
+  });
+}
+
+void StepRun::Undo() {
+  joints_.Restore();
+  undo_.Undo();
+}
+
+// `mover` may be of an earlier step: mostly the same move as in the last one, and are turned as that left them.
+void StepRun::StartMover(EntityRow row, Mover& mover) {
+  const Matrix3& tensor = world_.scene_.entities[Index(row)]->mass.tensor;
+  if (mover.row != row || mover.turned.own != tensor) {
+    mover.turned = {.own = tensor};
+  }
+  mover.row = row;
+  mover.start = state_.pose(row);
+  scratch_.accelerations[row] = SteadyPush(row).acceleration;
+  mover.linear_start = state_.linear_velocities.col(Index(row));
+  TakeTensors(mover);
+  mover.momentum_start = mover.turned.tensor * state_.angular_velocities.col(Index(row));
+}
+
+// Within a step there may be somewhat more than a step may begin with. So what grows slowly is refused between two
+// steps, where there is nothing to be undone that the engine keeps to itself.
+ContactBudget StepRun::BudgetWithin() const {
+  return {world_.budget_.pairs + world_.budget_.pairs / 4, world_.budget_.points + world_.budget_.points / 4};
+}
+
+void StepRun::Advance() {
+  world_.near_->set_budget(BudgetWithin());
+  world_.roused_.clear();
+  world_.StirLying();
+  scratch_.Begin(state_.rows());
+  ran_ = true;
+  GatherForces();
+  GatherSamples();
+  joints_.Start(scratch_.jointed);
+  for (const EntityRow row : rows_) joints_.Hold(row);
+  for (const EntityRow row : kinematic_rows_) joints_.Hold(row);
+  ChooseFlyers();
+  undo_.Reserve(rows_.size() + kinematic_rows_.size());
+  for (EntityRow row : rows_) undo_.Keep(row);
+  for (EntityRow row : kinematic_rows_) undo_.Keep(row);
+  movers_.resize(rows_.size());
+  for (size_t i = 0; i < rows_.size(); ++i) StartMover(rows_[i], movers_[i]);
+  Mark("choose");
+  const StepperSettings settings = world_.backend_->Resolve(world_.scene_.world.stepper);
+  const uint32_t substeps = settings.substeps;
+  substep_ = step_size_ / substeps;
+  solver_ = settings.solver;
+  settled_ =
+      std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == world_.layer_.last_substep;
+  is_rearranged_ = world_.contacts_stale_;
+  if (is_rearranged_) {
+    CollideAndWake(nullptr);
+  } else if (WakeTouched()) {
+    settled_ = false;
+    CollideWoken();
+  }
+  world_.near_->Check(world_.budget_, world_.contacts_);
+  if (rows_.empty() && kinematic_rows_.empty()) {
+    world_.solved_.Clear();
+  } else {
+    RunEngine(substeps);
+    world_.is_settled_ = settled_ && broken_.empty();
+  }
+  FinishFlight();
+  CountForcesDown();
+}
+
+// What contacts, joints or command move, in the engine's lane.
+void StepRun::RunEngine(uint32_t substeps) {
+  FindCourses();
+  if (!settled_) {
+    PayReleased();
+    RestartFallen();
+    RestartCarried();
+    ResolveImpacts(substep_, 0, false);
+  }
+  for (uint32_t i = 0; i < substeps; ++i) {
+    FollowCourses((i + 0.5) / substeps);
+    Substep(substep_, i * substep_);
+  }
+  EndCourses();
+  FinishNetForces();
+  FinishJoints();
+}
+
+void StepRun::FinishJoints() {
+  for (JointId id : joints_.Finish(step_size_)) broken_.push_back(world_.Break(id));
+  world_.SettleAftermath();
+}
+
+void StepRun::Place(EntityRow row) {
+  const RigidBody& body = *world_.scene_.entities[Index(row)]->desc->rigid_body;
+  world_.near_->Place({body, world_.geometry_rows_[Index(row)]}, state_.pose(row));
+}
+
+bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
+  const auto mark_moved = [&](const std::vector<EntityRow>& rows) {
+    scratch_.moved.Clear();
+    for (const EntityRow row : rows) scratch_.moved.Mark(row);
+  };
+  if (moved != nullptr) mark_moved(*moved);
+  undo_.LoseContacts();
+  bool is_all_new = moved == nullptr, is_anybody_woken = false;
+  do {
+    for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_, &world_.roused_}) {
+      for (const EntityRow row : *rows) scratch_.tested.Mark(row);
+    }
+    if (is_all_new && !is_anybody_woken) {
+      world_.near_->Collide(world_.rule_, *world_.engine_, world_.contacts_);
+    } else {
+      world_.near_->CollideMoved(world_.rule_, *world_.engine_, scratch_.moved, world_.contacts_);
+    }
+    world_.contacts_stale_ = false;
+    is_anybody_woken = WakeTouched();
+    // Who was woken may touch others, of whom nothing is known yet.
+    if (is_anybody_woken) mark_moved(world_.roused_);
+    is_all_new = is_all_new || is_anybody_woken;
+  } while (is_anybody_woken);
+  world_.StirLying();
+  // Whoever was woken moves from here on.
+  for (const EntityRow row : std::exchange(world_.roused_, {})) {
+    if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
+    const auto place = std::lower_bound(rows_.begin(), rows_.end(), row);
+    if (place != rows_.end() && *place == row) continue;
+    rows_.insert(place, row);
+    StartMover(row, movers_.emplace_back());
+    joints_.Hold(row);
+  }
+  Mark("collide");
+  return is_all_new;
+}
+
+void StepRun::Substep(double h, double elapsed) {
+  is_first_ = elapsed == 0;
+  WakeMet(h);
+  FindBends(h);
+  BeginMovers();
+  joints_.Begin(h);
+  GatherFields(h);
+  FindTurns(h);
+  for (Mover& mover : movers_) KickMover(mover, h);
+  RetireStrays();
+  locked_.Begin(rows_);
+  PrepareContacts(h);
+  GiveTurns();
+  Mark("kick");
+  Solve(h);
+  Mark("solve");
+  joints_.Take(h);
+  scratch_.reached.Clear();
+  joints_.FindReached(scratch_.reached);
+  scratch_.uneven.Clear();
+  TakeTurns(h);
+  ShareImpulses(h);
+  world_.engine_->WriteState(locked_.Finish(), state_);
+  GatherForces();
+  GatherFields(h);
+  is_anybody_jolted_ = false;
+  for (Mover& mover : movers_) EndMover(mover, h);
+  ShareJolts(h);
+  ShiftTurned();
+  LeaveLimits(h);
+  locked_.DropVelocities();
+  MoveKinematic(h);
+  world_.layer_.last_substep = h;
+  RetireStrays();
+  touches_.AddSolved(world_.contacts_);
+  KeepTurns();
+  undo_.KeepSolved();  // nothing between the solve and this can be over the budget
+  std::swap(world_.contacts_, world_.solved_);
+  for (EntityRow row : rows_) Place(row);
+  for (EntityRow row : kinematic_rows_) Place(row);
+  Mark("layer");
+  GroundMet(elapsed + h);
+  CollideAndWake(nullptr);
+  PayReleased();
+  settled_ = ResolveImpacts(h, elapsed + h, true);
+}
+
+// What joints stopped at their limits goes on as it does since then.
+void StepRun::LeaveLimits(double h) {
+  for (const JointStep::Change& change : joints_.LeaveReached(h)) {
+    const uint32_t row = Index(change.row);
+    HalfStep& half = world_.layer_.half_steps[row];
+    state_.linear_velocities.col(row) += change.linear;
+    state_.angular_velocities.col(row) += change.angular;
+    half.velocity += change.linear;
+    const MassProperties& mass = world_.scene_.entities[row]->mass;
+    half.momentum += WorldTensor(state_.pose(change.row).orientation, mass.tensor) * change.angular;
+    // The limit bears from now on what it did not in the middle of the substep.
+    if (change.is_pressed) half.Restart();
+  }
+}
+
+void StepRun::Solve(double h) {
+  std::vector<JointRow>& rows = locked_.Write(world_.contacts_, joints_.Write(h));
+  const std::span<JointRow> left = joints_.Solve(solver_, h, rows_, world_.contacts_, rows);
+  world_.engine_->ScaleInertia(joints_.scales());
+  world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
+  joints_.TakeLeft(rows);
+  RestrainJointed(h, rows);
+}
+
+void StepRun::MoveKinematic(double h) {
+  for (EntityRow row : kinematic_rows_) {
+    const Pose pose = state_.pose(row);
+    state_.set_pose(row, {pose.position + h * state_.linear_velocities.col(Index(row)),
+                          Turned(pose.orientation, state_.angular_velocities.col(Index(row)), h)});
+  }
+  // Bodies of unequal moments and bounced ones have another velocity than the engine knows; it is told at the next
+  // solve, so only the poses that the layer moved are written.
+  world_.engine_->WriteState(kinematic_rows_, state_);
+}
+
+bool StepRun::Fits(EntityRow entity) const {
+  const uint32_t row = Index(entity);
+  // Comparisons that are false for NaN as well; a unit quaternion has no element beyond one.
+  const auto within = [](const auto& column, double bound) {
+    bool is_within = true;
+    for (const double element : column) is_within &= std::abs(element) <= bound;
+    return is_within;
+  };
+  return within(state_.positions.col(row), Limits::kPositionMax) && within(state_.orientations.col(row), 1.5) &&
+         within(state_.linear_velocities.col(row), Limits::kSpeedMax) &&
+         within(state_.angular_velocities.col(row), Limits::kSpinMax);
+}
+
+void StepRun::RetireStrays() {
+  std::vector<EntityRow> strays;
+  for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_}) {
+    for (EntityRow entity : *rows) {
+      if (Fits(entity)) continue;
+      const uint32_t row = Index(entity);
+      const bool finite = state_.positions.col(row).allFinite() && state_.orientations.col(row).allFinite() &&
+                          state_.linear_velocities.col(row).allFinite() &&
+                          state_.angular_velocities.col(row).allFinite();
+      if (!finite) throw EngineFault(Cat("entity ", state_.ids[row].packed(), " is no longer finite"));
+      strays.push_back(entity);
+    }
+  }
+  if (!strays.empty()) Retire(strays);
+}
+
+void StepRun::Retire(std::span<const EntityRow> strays) {
+  for (const EntityRow row : strays) scratch_.strays.Mark(row);
+  const auto is_stray = [&](EntityRow row) { return scratch_.strays[row]; };
+  undo_.KeepPassages();
+  undo_.KeepForces();
+  for (const StepUndo::Row& saved : undo_.rows()) {
+    if (is_stray(saved.row)) state_.set_pose(saved.row, saved.pose);
+  }
+  for (const EntityRow entity : strays) {
+    const uint32_t row = Index(entity);
+    state_.linear_velocities.col(row).setZero();
+    state_.angular_velocities.col(row).setZero();
+    state_.asleep[row] = true;
+    world_.layer_.faulted[row] = true;
+    world_.layer_.half_steps[row].Forget();
+    world_.TellPose(entity);
+    world_.UpdateActive(entity);
+    locked_.Forget(entity);
+    world_.EndPassage(state_.ids[row]);
+    faulted_.push_back(state_.ids[row]);
+  }
+  std::erase_if(rows_, is_stray);
+  std::erase_if(kinematic_rows_, is_stray);
+  std::erase_if(movers_, [&](const Mover& mover) { return is_stray(mover.row); });
+  std::erase_if(world_.layer_.forces, [&](const PendingForce& force) { return is_stray(EntityRow{force.id.index()}); });
+}
+
+}  // namespace genphys
