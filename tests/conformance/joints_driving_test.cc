@@ -168,6 +168,63 @@ TEST_P(JointsDriving, AMotorPushesASliderWithNoMoreThanItsForce) {
   EXPECT_NEAR(StateOf(*world, joint).rates[2], 1, kDirect);
 }
 
+// A load pulls it down past the speed that the motor is to drive it to. Until then the motor helps the load, and from
+// then on it pushes against it, in the middle of a step.
+TEST_P(JointsDriving, AMotorThatIsTooWeakForItsLoadTurnsWhenTheSpeedIsReached) {
+  Proves({Claim::kJointSlider, Claim::kJointHinge, Claim::kJointMotor});
+  constexpr double kForce = 0.6 * kGravity, kFirst = 1.2, kTarget = -0.6, kDuration = 1;
+  const double turns_at = (kFirst - kTarget) / (kGravity + kForce), left = kDuration - turns_at;
+  const double speed = kTarget - (kGravity - kForce) * left;
+  const double way = (kFirst + kTarget) / 2 * turns_at + (kTarget + speed) / 2 * left;
+  for (const double step : {1.0 / 60, 1.0 / 137, 1.0 / 240}) {
+    for (const bool slides : {true, false}) {
+      const auto world = MakeSpace(GetParam(), {.step_size = step}, {0, 0, slides ? -kGravity : 0});
+      EntityDesc ball = Ball({0, 0, 0});
+      ball.rigid_body->linear_velocity = {0, 0, slides ? kFirst : 0};
+      ball.rigid_body->angular_velocity = {0, 0, slides ? 0 : kFirst};
+      const EntityId id = Add(*world, ball);
+      const JointAxis axis = Driven(kTarget, slides ? kForce : kForce * kMoment);
+      const JointId joint = Join(*world, ToWorld(id, slides ? JointKind(SliderJoint{axis}) : HingeJoint{axis}));
+      if (!slides) Do(*world, ApplyForce{.id = id, .torque = {0, 0, -kGravity * kMoment}, .steps = 1000});
+      while (world->layer_state().simulation_time < kDuration - step / 2) Steps(*world, 1);
+      const double late = world->layer_state().simulation_time - kDuration;
+      const JointState now = StateOf(*world, joint);
+      const size_t coordinate = slides ? 2 : 5;
+      EXPECT_NEAR(now.rates[coordinate], speed - (kGravity - kForce) * late, kDirect) << step;
+      // By as much the ways of a step with both accelerations differ.
+      const double error = kForce * step * step;
+      EXPECT_NEAR(now.positions[coordinate], way + speed * late, error) << step;
+    }
+  }
+}
+
+// One hangs on the other. The upper motor comes to its speed first and cannot hold its load; the lower one, which would
+// not be there in that substep, is there soon after, for it is no longer carried along, and holds its own.
+TEST_P(JointsDriving, MotorsThatTurnInTheSameStepDoSoOneAfterTheOther) {
+  Proves({Claim::kJointSlider, Claim::kJointMotor});
+  constexpr double kUpper = 4, kLower = 3, kTarget = -0.4, kDuration = 1;
+  // Of balls of 1 kg: until the upper one is there, until both are, and from then on.
+  constexpr double kFalls = -kUpper + kLower - kGravity, kBraked = kUpper + kLower - kGravity;
+  constexpr double kParts = -kLower - kGravity - kFalls, kPartsFast = -kLower - kGravity - kBraked;
+  constexpr double kFirst = 0.5, kSecond = 0.002;
+  for (const double step : {1.0 / 60, 1.0 / 136, 1.0 / 240}) {
+    const auto world = MakeSpace(GetParam(), {.step_size = step});
+    EntityDesc upper = Ball({0, 0, 0}), lower = Ball({0, 0, -3});
+    upper.rigid_body->linear_velocity = {0, 0, kTarget - kFirst * kFalls};
+    const double parting = kTarget - kFirst * kParts - kSecond * kPartsFast;
+    lower.rigid_body->linear_velocity = {0, 0, upper.rigid_body->linear_velocity.z() + parting};
+    const EntityId bearer = Add(*world, upper), load = Add(*world, lower);
+    const JointId above = Join(*world, ToWorld(bearer, SliderJoint{Driven(kTarget, kUpper)}));
+    const JointId below = Join(*world, Between(bearer, load, SliderJoint{Driven(kTarget, kLower)}));
+    while (world->layer_state().simulation_time < kDuration - step / 2) Steps(*world, 1);
+    const double left = world->layer_state().simulation_time - kFirst - kSecond;
+    // Both go together from then on.
+    EXPECT_NEAR(StateOf(*world, above).rates[2], kTarget + kSecond * kBraked + left * (kUpper / 2 - kGravity), kDirect)
+        << step;
+    EXPECT_NEAR(StateOf(*world, below).rates[2], kTarget, kDirect) << step;
+  }
+}
+
 TEST_P(JointsDriving, AMotorDrivesToAPosition) {
   Proves({Claim::kJointMotor});
   const auto world = MakeSpace(GetParam());

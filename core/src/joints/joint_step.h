@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genphys/backend.h"
@@ -165,6 +166,20 @@ class JointStep {
     double angular = 0;  // rad/s
   };
 
+  // A motor that may come to what it is to reach in the substep.
+  struct TurningMotor {
+    uint32_t row;
+    double most;        // N*s or N*m*s, with which it may push
+    double sign;        // of its push until then
+    double rate;        // m/s or rad/s, by now
+    double pushed = 0;  // N*s or N*m*s, so far
+    bool is_there = false;
+
+    void Restore(JointRow& to) const;
+    void Bound(JointRow& to, double left) const;
+    void Drive(JointRow& to, double left) const;
+  };
+
   std::span<JointBody> bodies() { return std::span(bodies_).first(body_count_); }
   std::span<const JointBody> bodies() const { return std::span(bodies_).first(body_count_); }
   void SortHeld();
@@ -195,6 +210,14 @@ class JointStep {
   bool SolveAgain(uint32_t island);
   bool Follow(uint32_t island, double h, std::vector<JointRow>& rows);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
+  bool SolveAnew(uint32_t island, std::vector<JointRow>& rows);
+  // Motors that are too weak for their load from some time in the substep on (joint_step_motors.cc).
+  double InertiaOf(const JointRow& row) const;
+  void FindTurning(std::span<const uint32_t> mine, std::span<const JointRow> rows);
+  std::pair<TurningMotor*, double> FirstThere(std::span<const JointRow> rows);
+  bool TurnMotors(uint32_t island, std::vector<JointRow>& rows);
+  double RateBefore(const JointRow& row) const;
+  double RateAfter(const JointRow& row) const;
   void FindJolts(std::span<const JointRow> rows);
   void LeaveReached(const Linked& group, double h, std::vector<Change>& changes);
   JointBody EndOf(EntityRow side, size_t place) const;
@@ -235,6 +258,7 @@ class JointStep {
   std::vector<JointRow> aimed_;                   // scratch
   bool may_jolt_ = false;                         // a body begins anew, perhaps as others do not move
   std::vector<Jolt> jolts_;                       // by island, or none
+  std::vector<TurningMotor> motors_;              // of the island that is solved
   std::vector<Linked> reached_;                   // limits, in the last solve
   std::vector<JointRow> left_rows_;
   std::vector<uint32_t> left_;  // in rows

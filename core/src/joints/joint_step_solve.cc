@@ -93,10 +93,12 @@ bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& ro
     if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) break;
     for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
   }
-  if (solver_.is_swept() || !IsResolved(mine, h) || Follow(island, h, rows)) return true;
+  const auto is_followed = [&] { return solver_.is_swept() || !IsResolved(mine, h) || Follow(island, h, rows); };
   // Aims that cannot be met: from where it began, as near as one solve comes to the last of them.
-  for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
-  return solver_.Solve(island, rows, mine, body_of_, bodies());
+  const bool is_solved = TurnMotors(island, rows) && (is_followed() || SolveAnew(island, rows));
+  for (const TurningMotor& motor : motors_) motor.Restore(rows[motor.row]);
+  motors_.clear();
+  return is_solved;
 }
 
 void JointStep::FindJolts(std::span<const JointRow> rows) {

@@ -1,6 +1,6 @@
 #pragma once
 #include "genphys/joint_row.h"
-#include "joint_body.h"
+#include "joints/joint_body.h"
 
 namespace genphys {
 

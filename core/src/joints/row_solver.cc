@@ -106,9 +106,9 @@ void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, s
     line.target = row.target;
     line.impulse = 0;
     line.group = static_cast<uint32_t>(groups_.size() - 1);
-    // A limit mostly has nothing to do, and a motor all of it.
-    const bool is_one_sided = row.lower == 0 || row.upper == 0;
-    line.place = !is_one_sided ? Place::kInside : row.lower == 0 ? Place::kAtLower : Place::kAtUpper;
+    // A limit mostly has nothing to do, a motor all of it, and what shall push so just that.
+    const bool is_given = row.lower == row.upper, is_one_sided = row.lower == 0 || row.upper == 0;
+    line.place = is_given || row.upper == 0 ? Place::kAtUpper : is_one_sided ? Place::kAtLower : Place::kInside;
     is_bounded_ |= row.lower != -JointRow::kUnbounded || row.upper != JointRow::kUnbounded;
   }
   changes_.resize(used_.size());
@@ -448,7 +448,7 @@ size_t RowSolver::FindWrong() {
         is_wrong = LackingOf(line) > slack;
         break;
       case Place::kAtUpper:
-        is_wrong = LackingOf(line) < -slack;
+        is_wrong = line.row->lower < line.row->upper && LackingOf(line) < -slack;
         break;
     }
     if (is_wrong) wrong_.push_back(i);

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "block_kernels.h"
 #include "genphys/joint_row.h"
-#include "joint_body.h"
-#include "row_plan.h"
+#include "joints/block_kernels.h"
+#include "joints/joint_body.h"
+#include "joints/row_plan.h"
 
 namespace genphys {
 
@@ -18,8 +18,9 @@ namespace genphys {
 class RowSolver {
  public:
   /// Solves those of `rows` that `mine` lists, whose sides are at bodies[body_of[row]], and gives the bodies their
-  /// velocities and the rows their impulses. False, and nothing done: it would take too long, or the numbers do not
-  /// suffice. Calls with the same number `plan` had better be about the same graph.
+  /// velocities and the rows their impulses. A row whose bounds are the same gets that impulse. False, and nothing
+  /// done: it would take too long, or the numbers do not suffice. Calls with the same number `plan` had better be about
+  /// the same graph.
   bool Solve(uint32_t plan, std::span<JointRow> rows, std::span<const uint32_t> mine, std::span<const uint32_t> body_of,
              std::span<JointBody> bodies);
 
