@@ -41,7 +41,27 @@ class Carried {
     EntityDesc floor = Block(kFloor, {4, 4, 1});
     floor.rigid_body->motion_type = MotionType::kKinematic;
     floor_ = Add(*world_, floor);
-    load_ = Add(*world_, Body(Box{{0.2, 0.2, 0.1}}, {0, 0, 0.1}, 1));
+    load_ = Add(*world_, Body(Box{{0.2, 0.2, 0.1}}, kLoad, 1));
+  }
+
+  /// The load begins at `there`.
+  void Start(const Vector3& floor_velocity, const Vector3& there, const Vector3& load_velocity) {
+    Do(*world_, SetVelocity{.id = floor_, .linear = floor_velocity});
+    Do(*world_, SetPose{.id = load_, .position = kLoad + there});
+    Do(*world_, SetVelocity{.id = load_, .linear = load_velocity});
+  }
+
+  /// The floor to so far from where it began, in a step.
+  void LeadTo(const Vector3& there, Told told) {
+    const Vector3 velocity = (there - (PositionOf(*world_, floor_) - kFloor)) / step_;
+    if (told == Told::kPoses) {
+      Do(*world_, SetPose{.id = floor_, .position = kFloor + there, .over_steps = 1});
+    } else {
+      Do(*world_, SetVelocity{.id = floor_, .linear = velocity});
+    }
+    Steps(*world_, 1);
+    EXPECT_LE((PositionOf(*world_, floor_) - kFloor - there).norm(), 1e-12);
+    EXPECT_LE((VelocityOf(*world_, floor_) - velocity).norm(), 1e-10) << "it is shown as it was told";
   }
 
   /// m: how far the load is at most from where it lay on the floor.
@@ -49,21 +69,17 @@ class Carried {
     double most = 0;
     for (int i = 0; i * step_ < kTime; ++i) {
       const Vector3 there = course.At((i + 1) * step_) * way;
-      const Vector3 velocity = (there - course.At(i * step_) * way) / step_;
-      if (told == Told::kPoses) {
-        Do(*world_, SetPose{.id = floor_, .position = kFloor + there, .over_steps = 1});
-      } else {
-        Do(*world_, SetVelocity{.id = floor_, .linear = velocity});
-      }
-      Steps(*world_, 1);
-      EXPECT_LE((PositionOf(*world_, floor_) - kFloor - there).norm(), 1e-12);
-      EXPECT_LE((VelocityOf(*world_, floor_) - velocity).norm(), 1e-10) << "it is shown as it was told";
-      most = std::max(most, (PositionOf(*world_, load_) - Vector3(0, 0, 0.1) - there).norm());
+      LeadTo(there, told);
+      most = std::max(most, (load() - there).norm());
     }
     return most;
   }
 
+  /// m, from where it lay.
+  Vector3 load() const { return PositionOf(*world_, load_) - kLoad; }
+
  private:
+  static inline const Vector3 kLoad{0, 0, 0.1};
   static inline const Vector3 kFloor{0, 0, -1};
 
   double step_;
@@ -86,6 +102,34 @@ TEST_P(Courses, WhatLiesOnALiftStaysOnItWhileThatFallsMoreSlowly) {
   constexpr Course kCourse{.acceleration_max = 0.9 * kGravity};
   for (const Told told : {Told::kPoses, Told::kVelocities}) {
     EXPECT_LE(Carried(GetParam(), 60).Lead(kCourse, Vector3::UnitZ(), told), 1e-5);
+  }
+}
+
+// Led round a circle faster than friction can follow, a load goes round a smaller one, for ever slipping outwards: what
+// friction gives points straight to the middle.
+TEST_P(Courses, WhatSlidesOnAFloorThatIsLedRoundGoesRoundASmallerCircle) {
+  Proves({Claim::kKineticFriction});
+  constexpr double kPull = kFriction * kGravity, kRate = 3;  // rad/s
+  constexpr double kOwn = kPull / (kRate * kRate), kLed = 1.5 * kOwn;
+  // By so much the floor is ahead.
+  const double ahead = std::acos(kOwn / kLed);
+  const auto at = [](double radius, double angle) -> Vector3 {
+    return {radius * std::cos(angle), radius * std::sin(angle), 0};
+  };
+  const auto velocity = [&](double radius, double angle) { return at(kRate * radius, angle + std::numbers::pi / 2); };
+  for (const int rate : {60, 137, 240}) {
+    for (const Told told : {Told::kPoses, Told::kVelocities}) {
+      const double step = 1.0 / rate;
+      Carried carried(GetParam(), rate);
+      const Vector3 there = at(kOwn, -ahead);
+      carried.Start(velocity(kLed, 0), there, velocity(kOwn, -ahead));
+      for (int i = 0; i * step < kTime; ++i) {
+        carried.LeadTo(at(kLed, kRate * (i + 1) * step) - at(kLed, 0), told);
+        // Until the course is known the floor goes evenly, and friction works as far another way.
+        const Vector3 off = carried.load() - at(kOwn, kRate * (i + 1) * step - ahead);
+        ASSERT_LE(off.norm(), kPull * step * step + kTouch) << "step " << i << " of 1/" << rate;
+      }
+    }
   }
 }
 

@@ -87,14 +87,52 @@ void StepRun::FindCourses() {
                       course.angular.norm() + twist.norm() < Limits::kSpinMax;
     if (fits && IsSmooth(half.held_rate, rate)) course.gain = gain;
     if (fits && IsSmooth(half.held_torque, turn_rate)) course.twist = twist;
+    if (half.has_past) {
+      course.jump = course.linear - half.velocity;
+      course.twist_jump = course.angular - half.momentum;
+    }
     half.held_rate = rate;
     half.held_torque = turn_rate;
   }
 }
 
-bool StepRun::ChangesCourse(EntityRow row) const {
+StepRun::Faster StepRun::LedFaster(EntityRow row, double h, bool is_smooth) const {
   const auto course = std::ranges::lower_bound(courses_, row, {}, &Course::row);
-  return course != courses_.end() && course->row == row && !(course->gain.isZero(0) && course->twist.isZero(0));
+  if (course == courses_.end() || course->row != row) return {};
+  const auto faster = [&](const Vector3& gain, const Vector3& jump) -> Vector3 {
+    if (!gain.isZero(0)) return h / step_size_ * gain;
+    return is_first_ && !is_smooth ? jump : Vector3(Vector3::Zero());
+  };
+  return {faster(course->gain, course->jump), faster(course->twist, course->twist_jump)};
+}
+
+// A solve is told how surfaces slip at the boundary, the middle of the time that it is for. What is led shows how it
+// went in the middle of the last substep until then, and from then on how it goes in that of the next one: in between
+// it slips as on their mean. Velocities are those at the boundary, but for what is led.
+void StepRun::FillLedSlips(double h) {
+  const auto is_even = [](const Course& course) {
+    return course.gain.isZero(0) && course.twist.isZero(0) && course.jump.isZero(0) && course.twist_jump.isZero(0);
+  };
+  if (std::ranges::all_of(courses_, is_even)) return;
+  const auto begins_anew = [&](EntityRow row) { return IsMoved(row) && world_.layer_.half_steps[Index(row)].restarts; };
+  for (const ContactPair& pair : world_.contacts_.pairs) {
+    if (IsMoved(pair.entity_a) && IsMoved(pair.entity_b)) continue;
+    // Who begins anew at the boundary finds what jumps there as it goes from then on.
+    const bool is_anew = begins_anew(pair.entity_a) || begins_anew(pair.entity_b);
+    const Faster a = LedFaster(pair.entity_a, h, is_anew), b = LedFaster(pair.entity_b, h, is_anew);
+    if (a.linear.isZero(0) && a.angular.isZero(0) && b.linear.isZero(0) && b.angular.isZero(0)) continue;
+    const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
+    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+      ContactPoint& point = world_.contacts_.points[i];
+      const auto velocity = [&](EntityRow row, const Vector3& center, const Faster& faster) -> Vector3 {
+        const Vector3 earlier = faster.linear + faster.angular.cross(point.position - center);
+        return VelocityAt(row, center, point.position) - earlier / 2;
+      };
+      const Vector3 change =
+          velocity(pair.entity_b, center_b, b) - velocity(pair.entity_a, center_a, a) - point.relative_velocity;
+      point.relative_velocity += change - change.dot(point.normal) * point.normal;
+    }
+  }
 }
 
 // Up to what `part` of the step the middle of the next substep is.

@@ -58,6 +58,15 @@ class StepRun {
     // By how much faster it is at the end of the step than at its beginning.
     Vector3 gain = Vector3::Zero();
     Vector3 twist = Vector3::Zero();
+    // By how much faster than in the last step it goes at once where that is none.
+    Vector3 jump = Vector3::Zero();
+    Vector3 twist_jump = Vector3::Zero();
+  };
+
+  // By how much faster something moves at a later time: m/s and rad/s.
+  struct Faster {
+    Vector3 linear = Vector3::Zero();
+    Vector3 angular = Vector3::Zero();
   };
 
   void Advance();
@@ -102,8 +111,10 @@ class StepRun {
   std::vector<EntityId> StartPassages();
   bool Lead(EntityId id, Passage& passage);
   void FindCourses();
-  // Whether it is led faster and faster, or slower, within this step.
-  bool ChangesCourse(EntityRow row) const;
+  // What is led, from the middle of the last substep to that of the one of `h` seconds that comes. With `is_smooth`
+  // only as far as it goes on so.
+  Faster LedFaster(EntityRow row, double h, bool is_smooth) const;
+  void FillLedSlips(double h);
   void FollowCourses(double part);
   void EndCourses();
 

@@ -73,9 +73,8 @@ class StepRun::Turns {
     const double tremble = std::max(kTremble, kTremblePart * pull_ * h_);
     const std::span<const ContactPoint> points = PointsOf(pair);
     const ContactPoint& first = points.front();
-    const Vector3 at_first = run_.VelocityAt(pair.entity_b, run_.CenterOf(pair.entity_b), first.position) -
-                             run_.VelocityAt(pair.entity_a, run_.CenterOf(pair.entity_a), first.position) +
-                             pair.surface_velocity;
+    const Vector3 at_first = VelocityAt(pair, pair.entity_b, first.position) -
+                             VelocityAt(pair, pair.entity_a, first.position) + pair.surface_velocity;
     slip_ = Across(at_first, first.normal);
     const double square = slip_.squaredNorm();
     if (!(square > tremble * tremble)) return false;
@@ -87,6 +86,19 @@ class StepRun::Turns {
     });
   }
 
+  // As the time begins that the next solve is for. What is led shows how it goes in the middle of the coming substep.
+  Vector3 VelocityAt(const ContactPair& pair, EntityRow row, const Vector3& point) const {
+    const Vector3 now = run_.VelocityAt(row, run_.CenterOf(row), point);
+    if (run_.IsMoved(row) || run_.courses_.empty()) return now;
+    return now - run_.IntervalOf(pair, h_) * LedRateAt(row, point);
+  }
+
+  // m/s^2, of what is led.
+  Vector3 LedRateAt(EntityRow row, const Vector3& point) const {
+    const Faster faster = run_.LedFaster(row, h_, true);
+    return (faster.linear + faster.angular.cross(point - run_.CenterOf(row))) / h_;
+  }
+
   // Whether it is known what holds both, and the next solve is for as long a time of both.
   bool IsKnown(const ContactPair& pair) {
     time_ = run_.IntervalOf(pair, h_);
@@ -94,8 +106,7 @@ class StepRun::Turns {
   }
 
   bool IsKnown(EntityRow row) const {
-    // What is led shows how it goes in the middle of the coming substep, and others how they went in that of the last.
-    if (!run_.IsMoved(row)) return !run_.ChangesCourse(row);
+    if (!run_.IsMoved(row)) return true;
     const HalfStep& half = run_.world_.layer_.half_steps[Index(row)];
     return half.has_past && !half.is_struck && !half.is_woken && !half.in_flight && half.Interval(last_, h_) == time_ &&
            !run_.scratch_.jointed[row] && !run_.world_.scene_.entities[Index(row)]->traits.is_locked;
@@ -123,6 +134,7 @@ class StepRun::Turns {
   Vector3 ChangeOf(const ContactPair& pair) const {
     const ContactPoint& point = PointsOf(pair).front();
     const auto gain = [&](EntityRow row) -> Vector3 {
+      if (!run_.IsMoved(row)) return LedRateAt(row, point.position);
       if (pair.point_count >= kPatch) return RateOf(row);
       return RateOf(row) + TurnRateOf(row).cross(point.position - run_.CenterOf(row));
     };

@@ -239,6 +239,7 @@ void StepRun::Substep(double h, double elapsed) {
   is_first_ = elapsed == 0;
   WakeMet(h);
   FindBends(h);
+  FillLedSlips(h);
   BeginMovers();
   joints_.Begin(h);
   GatherFields(h);
