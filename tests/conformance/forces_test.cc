@@ -1,4 +1,6 @@
 // What pushes a body, and for how long: alike on every engine, because the layer does it.
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "conformance/engine_test.h"
@@ -302,6 +304,49 @@ TEST_P(Forces, ASpinningBodyKeepsItsAngularMomentum) {
   Steps(*world, 600);
 
   EXPECT_LE((momentum() - before).norm(), kRounding * before.norm()) << "however it tumbles";
+}
+
+// Where a body of that tensor (of its axes, which are those of the world at first) is after `time` seconds of constant
+// torque, by the classical method of Runge and Kutta in steps of a millisecond, of which each turns it by little.
+Quaternion TurnedByTorque(const Matrix3& tensor, const Vector3& spin, const Vector3& torque, double time) {
+  constexpr double kFine = 1e-3;
+  const Vector3 momentum = tensor * spin;
+  const auto rate = [&](const Eigen::Vector4d& at, double now) -> Eigen::Vector4d {
+    const Quaternion turn = Quaternion(at).normalized();
+    const Vector3 own = turn.conjugate() * (momentum + now * torque);
+    const Vector3 half = turn * (tensor.inverse() * own) / 2;
+    return (Quaternion(0, half.x(), half.y(), half.z()) * turn).coeffs();
+  };
+  Eigen::Vector4d at = Quaternion::Identity().coeffs();
+  for (double now = 0; now < time - kFine / 2; now += kFine) {
+    const Eigen::Vector4d first = rate(at, now), second = rate(at + kFine / 2 * first, now + kFine / 2);
+    const Eigen::Vector4d third = rate(at + kFine / 2 * second, now + kFine / 2);
+    at += kFine / 6 * (first + 2 * second + 2 * third + rate(at + kFine * third, now + kFine));
+  }
+  return Quaternion(at).normalized();
+}
+
+TEST_P(Forces, ATorqueThatTurnsTheAxisOfTheSpinTurnsTheBodyToFourthOrder) {
+  Proves({Claim::kForce});
+  const Vector3 spin(0.5, 3, -1), torque(1, -0.4, 0.6);
+  EntityDesc ball = Ball({0, 0, 5}, 0.5, 2), brick = Ball({0, 0, 5}, 0.5, 2);
+  brick.rigid_body->inertia.tensor = Vector3(0.1, 0.25, 0.3).asDiagonal();
+  for (EntityDesc desc : std::array{ball, brick}) {
+    const auto world = Weightless(GetParam());
+    desc.rigid_body->angular_velocity = spin;
+    const EntityId id = Add(*world, desc);
+    const Matrix3 tensor = desc.rigid_body->inertia.tensor.value_or(0.2 * Matrix3::Identity());
+    Do(*world, ApplyForce{.id = id, .torque = torque, .steps = 120});
+    double fastest = 0;
+    for (int i = 0; i < 120; ++i) {
+      Steps(*world, 1);
+      fastest = std::max(fastest, SpinOf(*world, id).norm());
+    }
+    // Of that order in each step.
+    const double error = 120 * std::pow(fastest * kStep, 5) / 120;
+    const Quaternion now = world->state().pose(EntityRow{id.index()}).orientation;
+    EXPECT_LE(now.angularDistance(TurnedByTorque(tensor, spin, torque, 2)), error);
+  }
 }
 
 }  // namespace

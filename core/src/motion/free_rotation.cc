@@ -344,6 +344,21 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const V
   return Logarithm(turned * orientation.conjugate(), expected) / time;
 }
 
+// A free body with the momentum of the middle is off by the square of the time, and by even powers of it, for that is a
+// symmetric composition. From the whole and both halves these are known, and the square is taken out (Richardson).
+Vector3 MeanDrivenSpin(const Quaternion& orientation, const Vector3& momentum, const Vector3& torque,
+                       const Matrix3& inverse_tensor, double time) {
+  const Vector3 whole = MeanFreeSpin(orientation, momentum, inverse_tensor, time);
+  const double half = time / 2;
+  const Vector3 change = half / 2 * torque;
+  const Vector3 first = MeanFreeSpin(orientation, momentum - change, inverse_tensor, half);
+  const Quaternion middle = Turned(orientation, first, half);
+  const Vector3 second = MeanFreeSpin(middle, momentum + change, inverse_tensor, half);
+  const Quaternion by_halves = Turned(middle, second, half);
+  const Vector3 off = TurnBetween(Turned(orientation, whole, time), by_halves);
+  return TurnBetween(orientation, Turned(by_halves, off, 1.0 / 3), half * (first + second)) / time;
+}
+
 FreeRotation::FreeRotation(const Quaternion& before, const Vector3& spin_before, const MassProperties& mass,
                            double time)
     : orientation(before), spin(spin_before) {

@@ -31,6 +31,11 @@ Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, con
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& spin, const Vector3& momentum,
                      const Matrix3& inverse_tensor, double time, int steps_max = kInnerStepsMax);
 
+/// The same of a body that `torque` (N*m, world) turns all the time, whose momentum in the middle of it is `momentum`:
+/// of fourth order.
+Vector3 MeanDrivenSpin(const Quaternion& orientation, const Vector3& momentum, const Vector3& torque,
+                       const Matrix3& inverse_tensor, double time);
+
 /// Where a free body that is at `before` and turns by `spin_before` (rad/s, world) is after `time` seconds, and how it
 /// turns then: with constant angular momentum, by the closed form of symmetric bodies, or by methods of fourth order in
 /// steps of less than a radian.

@@ -236,9 +236,14 @@ void StepRun::KickMover(Mover& mover, double h) {
   // Whom joints hold while it turns so far does not go as a free body would.
   const double spin_square = spin.squaredNorm();
   const bool is_wide = scratch_.jointed[mover.row] && spin_square * (h * h) > kResolvedTurn * kResolvedTurn;
-  const bool uniform = mass.spherical || is_wide || !(spin_square <= Limits::kSpinMax * Limits::kSpinMax);
+  const bool is_slow = spin_square <= Limits::kSpinMax * Limits::kSpinMax;
+  const bool uniform = mass.spherical || is_wide || !is_slow;
   const Quaternion orientation = state_.pose(mover.row).orientation;
-  mover.spin_given = uniform ? spin : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
+  // What contacts, joints or locks hold is turned by more than what acts from outside.
+  const bool is_driven = half.in_flight && is_slow && held == nullptr && !traits.is_locked && !forward.isZero(0);
+  mover.spin_given = is_driven ? MeanDrivenSpin(orientation, mover.momentum, 2 / h * forward, mass.inverse_tensor, h)
+                     : uniform ? spin
+                               : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
 }
 
