@@ -139,6 +139,7 @@ TEST_P(Sliding, OntoWhatIsLevelGoesOn) {
 
 // Three balls at the corners of a triangle make one body, whose centre of mass lies on the floor: each bears a third.
 constexpr double kArm = 0.4, kBallRadius = 0.1;
+constexpr double kSpin = 8;                    // rad/s
 constexpr double kThird = 2.0943951023931953;  // of a turn, rad
 constexpr std::array<double, 3> kCorners{0.3, 0.3 + kThird, 0.3 + 2 * kThird};
 
@@ -155,34 +156,65 @@ EntityDesc Tripod(double friction) {
   return OnFloor(desc, friction);
 }
 
-TEST_P(Sliding, AsItTurnsIsBrakedAtEachPointAgainstTheSlipThere) {
-  Proves({Claim::kSphere});
-  constexpr double kFriction = 0.3, kTime = 0.5, kMass = 2, kInertia = 0.15;
+// That it comes, on a floor that turns about the origin by `turn` (rad/s), to where the reference does, but for that
+// part of its way and of its spin.
+void ExpectTripodSlides(const std::string& engine, int rate, double turn, double part) {
+  SCOPED_TRACE(::testing::Message() << rate << " steps/s, " << turn << " rad/s");
+  constexpr double kFriction = 0.3, kMass = 2, kInertia = 0.15, kTime = 0.5;
+  const auto across = [](const Eigen::Vector2d& v) { return Eigen::Vector2d(-v.y(), v.x()); };
   Planar begin = Planar::Zero();
   begin.segment<2>(2) = Eigen::Vector2d(1.5, 0.4);
-  begin[5] = 8;
+  begin[5] = kSpin;
   const Planar end = Integrated(begin, kTime, [&](const Planar& s) {
     Planar change = Planar::Zero();
     change.head<2>() = s.segment<2>(2);
     change[4] = s[5];
     for (const double corner : kCorners) {
       const Eigen::Vector2d arm = kArm * Eigen::Vector2d(std::cos(corner + s[4]), std::sin(corner + s[4]));
-      const Eigen::Vector2d slip = s.segment<2>(2) + s[5] * Eigen::Vector2d(-arm.y(), arm.x());
+      const Eigen::Vector2d slip = s.segment<2>(2) + s[5] * across(arm) - turn * across(s.head<2>() + arm);
       const Eigen::Vector2d force = -kFriction * kMass * kGravity / 3 * slip.normalized();
       change.segment<2>(2) += force / kMass;
       change[5] += (arm.x() * force.y() - arm.y() * force.x()) / kInertia;
     }
     return change;
   });
-  for (const auto& [rate, most] : {std::pair(60, 1.5e-3), std::pair(240, 4e-4)}) {
-    const auto world = FloorOf(GetParam(), rate, kFriction, {0, 0, -kGravity});
-    EntityDesc tripod = Tripod(kFriction);
-    tripod.rigid_body->linear_velocity.head<2>() = begin.segment<2>(2);
-    tripod.rigid_body->angular_velocity = {0, 0, begin[5]};
-    const EntityId id = Add(*world, tripod);
-    Steps(*world, static_cast<int>(std::lround(kTime * rate)));
-    EXPECT_LE((PositionOf(*world, id).head<2>() - end.head<2>()).norm(), most) << rate;
-    EXPECT_NEAR(SpinOf(*world, id).z(), end[5], 10 * most) << rate;
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = 1.0 / rate}};
+  desc.default_material.friction = kFriction;
+  desc.ground_plane = turn == 0;
+  const auto world = MakeWorld(desc);
+  Require(*world, Feature::kContacts);
+  if (turn != 0) {
+    EntityDesc table = Block({0, 0, -0.5}, {6, 6, 0.5});
+    table.rigid_body->motion_type = MotionType::kKinematic;
+    table.rigid_body->angular_velocity = {0, 0, turn};
+    Add(*world, table);
+  }
+  EntityDesc tripod = Tripod(kFriction);
+  tripod.rigid_body->linear_velocity.head<2>() = begin.segment<2>(2);
+  tripod.rigid_body->angular_velocity = {0, 0, kSpin};
+  const EntityId id = Add(*world, tripod);
+  Steps(*world, static_cast<int>(std::lround(kTime * rate)));
+  EXPECT_NEAR((PositionOf(*world, id).head<2>() - end.head<2>()).norm(), 0, part * end.head<2>().norm());
+  EXPECT_NEAR(SpinOf(*world, id).z(), end[5], part * kSpin);
+}
+
+TEST_P(Sliding, AsItTurnsIsBrakedAtEachPointAgainstTheSlipThere) {
+  Proves({Claim::kSphere});
+  for (const auto& [rate, part] : {std::pair(60, 2e-3), std::pair(240, 5e-4)}) {
+    ExpectTripodSlides(GetParam(), rate, 0, part);
+  }
+}
+
+// Braked against the slip as it is a quarter of a step later, it is 1.6e-3 m off at 60 steps per second. What
+// brakes it turns within a substep, of which the mean is shorter by a 24th of the square.
+TEST_P(Sliding, OverATurntableIsBrakedAgainstTheSlipThere) {
+  constexpr double kSubsteps = 2;  // of the preset
+  Proves({Claim::kSphere, Claim::kBox});
+  for (const double turn : {-3.0, -1.0}) {
+    for (const int rate : {60, 240}) {
+      const double angle = (kSpin + std::abs(turn)) / (rate * kSubsteps);
+      ExpectTripodSlides(GetParam(), rate, turn, 2 * angle * angle / 24);
+    }
   }
 }
 

@@ -141,7 +141,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // Friction works against the slip of the surfaces, which may run over their bodies. Where a load comes through other
   // contacts, nothing slips before a solve that would tell its direction, but what friction did in the last one tells
   // it.
-  const btVector3 run = ToBullet(pair.surface_velocity);
+  const btVector3 run = ToBullet(pair.surface_velocity + pair.bend);
   const auto along_surface = [&](const btVector3& v) { return v - push * push.dot(v); };
   const btVector3 slip = along_surface(VelocityAt(a, place) - VelocityAt(b, place) - run);
   const double ease = normal.mobility;
@@ -150,7 +150,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double slower = added.is_of_few() ? along_surface(SlipGoingOn(id_a, id_b, place) - run - slip).length()
                                           : inverse_mass * grip.load;
   const double soon = std::max(slower, kGravity * point.friction * info_.m_timeStep);
-  const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity) - run);
+  const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity + pair.surface_velocity));
   const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;
   const bool bears = grip.bears && !slides && slip.length() <= kKnownPart * inverse_mass * grip.load;
   // What slides tells its direction itself, however much it carries.

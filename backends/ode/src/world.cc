@@ -380,7 +380,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
   const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
   // How the surface of the pushed side runs against that of the other.
   const auto across = [&](const Vector3& v) { return Vector3(sign * (v - point.normal * point.normal.dot(v))); };
-  const Vector3 run = across(pair.surface_velocity);
+  const Vector3 run = across(pair.surface_velocity + pair.bend);
   const WarmStart::Recalled& recalled = recalled_[index];
   const bool may_share = ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
   const bool is_given = StartsFromGiven(pushes_[island].way);
@@ -392,7 +392,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                        .depth = given.isZero(0) ? point.depth : held_depth,
                        .friction = point.friction,
                        .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
-                       .slip = across(point.relative_velocity) + run,
+                       .slip = across(point.relative_velocity + pair.surface_velocity),
                        .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
                        .braked = sign * recalled.braked,
                        .grip = recalled.grip,

@@ -40,6 +40,10 @@ struct ContactPair {
   /// m/s, world: how the surface of b runs against that of a, on top of how both move. Solve() takes what lies across
   /// the normal of a point as slip there; the layer fills it before.
   Vector3 surface_velocity = Vector3::Zero();
+  /// m/s, world: by how much more the two slip on the mean of the substep than before the solve, for they turn. Solve()
+  /// adds it to the slip that it holds; what slides is braked against the slip as it is before, in the middle of the
+  /// time for which the solve acts; the layer fills it before.
+  Vector3 bend = Vector3::Zero();
   /// s, for which Solve() acts on the two, and what is held gives impulses that grow with it; the layer fills it
   /// before.
   double interval = 0;

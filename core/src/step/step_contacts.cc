@@ -136,7 +136,7 @@ void StepRun::PrepareContacts(double h) {
                         std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
       point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);
     }
-    pair.surface_velocity += scratch_.bends[static_cast<size_t>(&pair - contacts.pairs.data())];
+    pair.bend = scratch_.bends[static_cast<size_t>(&pair - contacts.pairs.data())];
   }
 }
 
