@@ -22,8 +22,8 @@ std::vector<Bar> Bars() {
   for (const char* stack : {"S1.15", "S1.20", "S1.30"}) AddBoth(bars, stack, "accurate", "deviation", 0.25);
   AddBoth(bars, "S2.1e2", "balanced", "penetration", 0.02);
   AddBoth(bars, "S2.1e2", "accurate", "penetration", 0.005);
-  bars.push_back({"S2.1e4", "genphys-ode-balanced", "penetration", 0.001});
-  bars.push_back({"S2.1e4", "genphys-ode-accurate", "penetration", 0.001});
+  AddBoth(bars, "S2.1e4", "balanced", "penetration", 0.001);
+  AddBoth(bars, "S2.1e4", "accurate", "penetration", 0.001);
   AddBoth(bars, "S3.hanging", "balanced", "gap", 1e-3);
   AddBoth(bars, "S3.swinging", "balanced", "gap", 1e-3);
   AddBoth(bars, "S3.swinging", "balanced", "energy_gain", 1e-2);

@@ -51,6 +51,33 @@ TEST_P(Solvers, ADirectOneLetsALightCrateCarryAHeavyOne) {
   EXPECT_NEAR(PositionOf(*world, heavy).z(), 1.5, 2 * kTouch);
 }
 
+// Sweeps would let what is heavy fall through what is light, or shake it off: nobody has to ask for a solver.
+TEST_P(Solvers, WhatIsLightCarriesWhatIsHeavyUnasked) {
+  constexpr double kTime = 5;
+  constexpr double kSink = 1e-3;  // m, the bar of S2 for ten thousand to one
+  const auto plate = [](double x, double z) { return Body(Box{{1.5, 0.5, 0.1}}, {x, 0, z}); };
+  const auto crate = [](double x, double z, double mass) { return Crate({x, 0, z}, 0.5, mass); };
+  for (const double heavy : {100.0, 1e3, 1e4}) {
+    const std::vector<std::vector<EntityDesc>> piles{
+        {crate(0, 0.5, 1), crate(0, 1.5, heavy)},
+        {crate(0, 0.5, 1), crate(0, 1.5, 1), crate(0, 2.5, 1), crate(0, 3.5, heavy)},
+        {plate(0, 0.1), crate(-0.7, 0.7, heavy), crate(0.7, 0.7, 0.4 * heavy)},
+    };
+    for (const std::vector<EntityDesc>& pile : piles) {
+      SCOPED_TRACE(::testing::Message() << pile.size() << " of up to " << heavy << " kg");
+      const auto world = Solved(GetParam(), Solver::kAutomatic);
+      std::vector<EntityId> ids;
+      for (const EntityDesc& body : pile) ids.push_back(Add(*world, body));
+      Steps(*world, static_cast<int>(kTime * 60));
+      for (size_t i = 0; i < pile.size(); ++i) {
+        const Vector3 off = PositionOf(*world, ids[i]) - pile[i].pose.position;
+        // Each contact below it may be as deep as what touches.
+        EXPECT_NEAR(off.norm(), 0, heavy > 1e3 ? kSink : kTouch * static_cast<double>(i + 1)) << i;
+      }
+    }
+  }
+}
+
 TEST_P(Solvers, ADirectOneSlidesAndHoldsAsCoulombSays) {
   constexpr double kFriction = 0.5;
   for (const double slope : {0.9, 1.1}) {

@@ -9,8 +9,10 @@ namespace {
 
 constexpr int kSweepsPerRound = 20;
 constexpr int kRoundsMax = 30;
-// m/s or rad/s: sweeps end once nothing changes by more.
+// m/s or rad/s: sweeps end once nothing changes by more, or by more than this part of what impulses do by themselves,
+// which is where something heavy lies on something light much more than all of them do together.
 constexpr double kSettled = 1e-13;
+constexpr double kRounding = 1e-14;
 // m/s or rad/s: where softness leaves more than this of a row, it takes an impulse that nothing real has, as where what
 // commands move jams against what joints hold. Numbers do not suffice for such impulses: such rows are solved so many
 // times as softly.
@@ -71,20 +73,21 @@ void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
   const auto bounds_of = [&](Eigen::Index i) {
     return BoundsOf(rows_[bounded[static_cast<size_t>(i)]], place, impulses);
   };
-  const auto sweep = [&] {
-    double largest = 0;
+  const auto is_settled_after_sweep = [&] {
+    double largest = 0, strongest = 0;
     for (Eigen::Index i = 0; i < impulses.size(); ++i) {
       const auto [lower, upper] = bounds_of(i);
       const double lacking = wanted[i] - matrix.col(i).dot(impulses);
       const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), lower, upper);
       largest = std::max(largest, std::abs(impulse - impulses[i]) * matrix(i, i));
+      strongest = std::max(strongest, std::abs(impulse) * matrix(i, i));
       impulses[i] = impulse;
     }
-    return largest;
+    return largest <= std::max(kSettled, kRounding * strongest);
   };
   for (int round = 0; round < kRoundsMax; ++round) {
     for (int i = 0; i < kSweepsPerRound; ++i) {
-      if (sweep() <= kSettled) return;
+      if (is_settled_after_sweep()) return;
     }
     std::vector<Eigen::Index> inside;
     for (Eigen::Index i = 0; i < impulses.size(); ++i) {

@@ -7,6 +7,7 @@
 #include "contact_solver.h"
 #include "genphys/backend.h"
 #include "genphys/islands.h"
+#include "genphys/push_spread.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {
@@ -41,7 +42,9 @@ class World final : public BackendWorld {
   void ForgetRemoved();
   void RecogniseContacts(ContactBuffer& contacts);
   Body* Load(Body& body, const StateArrays& state);
-  bool IsDirect(const Islands::Island& island) const;
+  bool MayBeUneven(const Islands::Island& island) const;
+  void NotePushes(const ContactBuffer& contacts);
+  bool IsDirect(uint32_t number) const;
   // What is solved together: numbers of contact pairs and of rows of joints.
   struct Group {
     std::vector<uint32_t> pairs;
@@ -64,10 +67,11 @@ class World final : public BackendWorld {
   uint64_t group_stamp_ = 0;
   StepperSettings settings_;
   Islands islands_;
-  std::vector<Group> groups_;      // the first: all that is not solved all at once; then an island each
-  size_t group_count_ = 1;         // of this solve
-  std::vector<size_t> group_of_;   // by island
-  std::vector<EntityRow> scaled_;  // bodies that are harder to turn
+  std::vector<Group> groups_;        // the first: all that is not solved all at once; then an island each
+  size_t group_count_ = 1;           // of this solve
+  std::vector<size_t> group_of_;     // by island
+  std::vector<PushSpread> spreads_;  // by island, of those that may be uneven
+  std::vector<EntityRow> scaled_;    // bodies that are harder to turn
 };
 
 }  // namespace genphys::bullet_backend

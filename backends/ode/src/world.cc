@@ -13,9 +13,7 @@ namespace {
 
 // An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
 constexpr size_t kAutomaticRowsMax = 160;
-// So is one without joints that has no more rows than the second of these, if a push moves some of it so many times
-// more than the rest: sweeps come no nearer where something heavy lies on something light.
-constexpr double kUnevenSpread = 50;
+// So is one without joints that has no more rows than this, if weights in it are uneven.
 constexpr size_t kUnevenRowsMax = 60;
 // The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
 // end half of the solves of a tower of very different weights.
@@ -139,16 +137,12 @@ void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateA
   warm_start_ = std::move(remembered);
 }
 
-// Change of velocity per impulse at a point, 1/kg, at most: whatever the direction of the push.
 void World::NotePush(const Vector3& point, EntityRow row, const StateArrays& state) {
   const uint32_t island = islands_.IslandOf(row);
   if (island == Islands::kNone) return;
   const Body& body = bodies_[Index(row)];
-  const double arm = (point - MotionOf(row, state).position).squaredNorm();
-  const double mobility = 1 / body.mass.mass + arm * body.mass.inverse_tensor.norm();
-  Pushes& pushes = pushes_[island];
-  pushes.easiest = std::max(pushes.easiest, mobility);
-  pushes.hardest = std::min(pushes.hardest, mobility);
+  pushes_[island].spread.Note(point - MotionOf(row, state).position, 1 / body.mass.mass,
+                              body.mass.inverse_tensor.norm());
 }
 
 void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts,
@@ -168,8 +162,8 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
   }
   for (size_t i = 0; i < pushes_.size(); ++i) {
     const Islands::Island& island = islands_.islands()[i];
-    const double spread = pushes_[i].easiest > 0 ? pushes_[i].easiest / pushes_[i].hardest : 1;
-    pushes_[i].is_uneven = island.joint_rows == 0 && spread >= kUnevenSpread;
+    const double spread = pushes_[i].spread.Value();
+    pushes_[i].is_uneven = island.joint_rows == 0 && spread >= PushSpread::kUneven;
     const bool is_easy = solver_->solver() == Solver::kAutomatic && island.joint_rows == 0 && !pushes_[i].is_uneven;
     const bool is_direct =
         IsDirectWanted(island) && !is_easy && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);

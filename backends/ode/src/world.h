@@ -10,6 +10,7 @@
 #include "contact_solver.h"
 #include "genphys/backend.h"
 #include "genphys/islands.h"
+#include "genphys/push_spread.h"
 #include "genphys/resting_pairs.h"
 #include "shapes.h"
 #include "warm_start.h"
@@ -69,10 +70,9 @@ class World final : public BackendWorld {
   // sweeps from nothing.
   enum class Way { kDirect, kBrief, kWarm, kCold };
 
-  // What pushes meet in an island, 1/kg, and how it is solved for that.
+  // What pushes meet in an island, and how it is solved for that.
   struct Pushes {
-    double easiest = 0;
-    double hardest = std::numeric_limits<double>::infinity();
+    PushSpread spread;
     Way way = Way::kCold;
     bool is_uneven = false;    // pushes meet very different weights
     bool is_all_given = true;  // to each of its points
