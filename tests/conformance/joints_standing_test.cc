@@ -45,16 +45,27 @@ struct Standing {
   std::vector<Vector3> tops;  // where something may fall on what stands, m
 };
 
-// Boxes in a row on the floor, each joined to the next one; on one of them may lie another that is joined to its
-// neighbour.
-Standing AddRow(World& world, Random& random, const JointKind& kind, double restitution) {
+// Wide boxes on the floor, each on the one before. Returns how high they are, m.
+double AddPlates(World& world, Random& random, int count, double restitution, std::vector<EntityId>& plates) {
+  const Vector3 half(4, 1, 0.1);
+  double top = 0;
+  for (int i = 0; i < count; ++i) {
+    const EntityDesc plate = Body(Box{half}, {1.5, 0, top + half.z()}, random.LogUniform(2, 50));
+    plates.push_back(Add(world, Smooth(plate, restitution)));
+    top += 2 * half.z();
+  }
+  return top;
+}
+
+// Boxes in a row, each joined to the next one; on one of them may lie another that is joined to its neighbour.
+Standing AddRow(World& world, Random& random, const JointKind& kind, double restitution, double ground) {
   Standing standing;
   const int count = 2 + static_cast<int>(random.Uniform(0, 5));
   const double apart = 2 * kHalf.x() + 0.1;
   for (int i = 0; i < count; ++i) {
-    const EntityDesc box = Body(Box{kHalf}, {apart * i, 0, kHalf.z()}, random.LogUniform(0.3, 3));
+    const EntityDesc box = Body(Box{kHalf}, {apart * i, 0, ground + kHalf.z()}, random.LogUniform(0.3, 3));
     standing.bodies.push_back(Add(world, Smooth(box, restitution)));
-    standing.tops.push_back({apart * i, 0, 2 * kHalf.z()});
+    standing.tops.push_back({apart * i, 0, ground + 2 * kHalf.z()});
   }
   const Pose middle = FrameAlong(random.Direction(), {apart / 2, 0, 0});
   for (int i = 0; i + 1 < count; ++i) {
@@ -62,22 +73,22 @@ Standing AddRow(World& world, Random& random, const JointKind& kind, double rest
          Between(standing.bodies[static_cast<size_t>(i)], standing.bodies[static_cast<size_t>(i + 1)], kind, middle));
   }
   if (random.Chance(0.5)) {
-    standing.bodies.push_back(Add(world, Smooth(Body(Box{kHalf}, {0, 0, 3 * kHalf.z()}), restitution)));
+    standing.bodies.push_back(Add(world, Smooth(Body(Box{kHalf}, {0, 0, ground + 3 * kHalf.z()}), restitution)));
     Join(world, Between(standing.bodies[1], standing.bodies.back(), BallJoint{}, {{-apart / 2, 0, kHalf.z()}}));
-    standing.tops[0].z() = 4 * kHalf.z();
+    standing.tops[0].z() = ground + 4 * kHalf.z();
   }
   return standing;
 }
 
 // A top on four legs.
-Standing AddTable(World& world, Random& random, const JointKind& kind, double restitution) {
+Standing AddTable(World& world, Random& random, const JointKind& kind, double restitution, double ground) {
   const Vector3 leg(0.05, 0.05, 0.3), top(0.5, 0.4, 0.04);
-  const double height = 2 * (leg.z() + top.z());
+  const double height = ground + 2 * (leg.z() + top.z());
   Standing table;
   table.bodies.push_back(Add(world, Smooth(Body(Box{top}, {0, 0, height - top.z()}, 3), restitution)));
   for (const double x : {-0.45, 0.45}) {
     for (const double y : {-0.35, 0.35}) {
-      table.bodies.push_back(Add(world, Smooth(Body(Box{leg}, {x, y, leg.z()}, 0.5), restitution)));
+      table.bodies.push_back(Add(world, Smooth(Body(Box{leg}, {x, y, ground + leg.z()}, 0.5), restitution)));
       const Vector3 axis = random.Chance(0.5) ? Vector3::UnitX() : Vector3::UnitY();
       Join(world, Between(table.bodies[0], table.bodies.back(), kind, FrameAlong(axis, {x, y, -top.z()})));
     }
@@ -86,35 +97,45 @@ Standing AddTable(World& world, Random& random, const JointKind& kind, double re
   return table;
 }
 
+// Something falls on what stands on so many boxes that nothing holds.
+void FallOnIt(const std::string& engine, uint64_t seed, int plates) {
+  SCOPED_TRACE(seed);
+  Random random(seed);
+  const bool sleeps = seed % 2 == 0, is_table = seed % 3 == 0;
+  const double restitution = random.Chance(0.3) ? 0 : random.Uniform(0.3, 0.9), fall = random.Uniform(0.5, 1.5);
+  const auto world = FloorOf(engine, sleeps);
+  const JointKind kind = is_table && seed % 2 == 0 ? JointKind(FixedJoint{}) : KindOf(seed / 2);
+  std::vector<EntityId> bearers;
+  const double ground = AddPlates(*world, random, plates, restitution, bearers);
+  Standing standing = is_table ? AddTable(*world, random, kind, restitution, ground)
+                               : AddRow(*world, random, kind, restitution, ground);
+  standing.bodies.insert(standing.bodies.end(), bearers.begin(), bearers.end());
+  Steps(*world, 20);
+  const Vector3& top =
+      standing.tops[static_cast<size_t>(random.Uniform(0, 1) * static_cast<double>(standing.tops.size()))];
+  const Vector3 beside(random.Uniform(-0.2, 0.2), random.Uniform(-0.1, 0.1), kRadius + fall);
+  const double mass = random.LogUniform(0.1, 100);
+  const EntityId ball = Add(*world, Smooth(Ball(top + beside, kRadius, mass), restitution));
+  const double down = std::sqrt(2 * fall / kGravity), up = restitution * std::sqrt(2 * fall * kGravity);
+  const int steps = static_cast<int>(down / kStep) + 1;
+  Steps(*world, steps);
+  double fastest = 0;
+  for (const EntityId body : standing.bodies) fastest = std::max(fastest, VelocityOf(*world, body).norm());
+  // They lie up to 2.5e-5 askew, and what is heavy and changes by up to 10 m/s throws 0.5 kg aside by so much.
+  EXPECT_LT(fastest, 1e-3 + 5e-4 * mass) << mass << " kg";
+  const double since = restitution > 0 ? steps * kStep - down : 0;
+  EXPECT_NEAR(PositionOf(*world, ball).z(), (top + beside).z() - fall + up * since - kGravity * since * since / 2,
+              1e-3);
+}
+
 TEST_P(JointsStanding, AreNotDrivenIntoTheFloorByWhatFallsOnThem) {
   Proves({Claim::kJointBall, Claim::kJointHinge, Claim::kJointSlider, Claim::kJointUniversal, Claim::kJointFixed,
           Claim::kJointDistance, Claim::kJointWheel, Claim::kJointSixDof});
-  for (uint64_t seed = 1; seed <= 96; ++seed) {
-    SCOPED_TRACE(seed);
-    Random random(seed);
-    const bool sleeps = seed % 2 == 0, is_table = seed % 3 == 0;
-    const double restitution = random.Chance(0.3) ? 0 : random.Uniform(0.3, 0.9), fall = random.Uniform(0.5, 1.5);
-    const auto world = FloorOf(GetParam(), sleeps);
-    const JointKind kind = is_table && seed % 2 == 0 ? JointKind(FixedJoint{}) : KindOf(seed / 2);
-    const Standing standing =
-        is_table ? AddTable(*world, random, kind, restitution) : AddRow(*world, random, kind, restitution);
-    Steps(*world, 20);
-    const Vector3& top =
-        standing.tops[static_cast<size_t>(random.Uniform(0, 1) * static_cast<double>(standing.tops.size()))];
-    const Vector3 beside(random.Uniform(-0.2, 0.2), random.Uniform(-0.1, 0.1), kRadius + fall);
-    const double mass = random.LogUniform(0.1, 100);
-    const EntityId ball = Add(*world, Smooth(Ball(top + beside, kRadius, mass), restitution));
-    const double down = std::sqrt(2 * fall / kGravity), up = restitution * std::sqrt(2 * fall * kGravity);
-    const int steps = static_cast<int>(down / kStep) + 1;
-    Steps(*world, steps);
-    double fastest = 0;
-    for (const EntityId body : standing.bodies) fastest = std::max(fastest, VelocityOf(*world, body).norm());
-    // They lie up to 2e-5 askew, and what is heavy throws them aside by so much.
-    EXPECT_LT(fastest, 1e-3 + 2e-4 * mass) << mass << " kg";
-    const double since = restitution > 0 ? steps * kStep - down : 0;
-    EXPECT_NEAR(PositionOf(*world, ball).z(), (top + beside).z() - fall + up * since - kGravity * since * since / 2,
-                1e-3);
-  }
+  for (uint64_t seed = 1; seed <= 96; ++seed) FallOnIt(GetParam(), seed, 0);
+}
+
+TEST_P(JointsStanding, AreNotDrivenIntoBodiesThatTheyLieOnEither) {
+  for (uint64_t seed = 1; seed <= 96; ++seed) FallOnIt(GetParam(), seed, 1 + static_cast<int>(seed % 2));
 }
 
 }  // namespace

@@ -82,19 +82,19 @@ bool Impacts::IsPassedOn(const Candidate& candidate, EntityRow row) const {
   return pair.material.restitution * candidate.closing > speed_.Of(pair.entity_a, pair.entity_b, pull.normalized());
 }
 
-// Those that bear `row`, and itself.
+// Those that bear `row`, and itself. What is tied takes part anyway.
 bool Impacts::FollowDown(EntityRow row, int number, Descent& descent) {
+  if (!IsMovable(row)) descent.is_grounded = true;
+  if (!IsMovable(row) || IsTied(row)) return true;
+  const int known = std::as_const(world_.passed_index)[row];
+  if (known >= 0) {
+    if (known != number) descent.shares_with.push_back(known);
+    return true;
+  }
   if (world_.jointed[row] || descent.passed.size() >= kPassedMost) return false;
   world_.passed_index[row] = number;
   for (const uint32_t i : BearingsOf(row)) {
-    const EntityRow bearer = bearings_[i].bearer;
-    if (!IsMovable(bearer)) continue;
-    const int known = std::as_const(world_.passed_index)[bearer];
-    if (known >= 0) {
-      if (known != number) descent.shares_with.push_back(known);
-    } else if (!FollowDown(bearer, number, descent)) {
-      return false;
-    }
+    if (!FollowDown(bearings_[i].bearer, number, descent)) return false;
   }
   descent.passed.push_back(row);
   return true;
@@ -104,18 +104,24 @@ bool Impacts::FollowDown(EntityRow row, int number, Descent& descent) {
 void Impacts::AddBearers(const ContactBuffer& contacts) {
   if (!rewinds_) return;
   std::vector<Descent> descents;
+  const auto descend = [&](Descent& descent, EntityRow row) {
+    FindBearings(contacts);
+    const int number = static_cast<int>(&descent - descents.data());
+    descent.is_whole = FollowDown(row, number, descent) && descent.is_whole;
+  };
   for (Candidate& candidate : candidates_) {
     for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
       if (!IsPassedOn(candidate, row)) continue;
-      FindBearings(contacts);
-      Descent descent{.candidate = &candidate, .hit = row};
-      const int known = std::as_const(world_.passed_index)[row];
-      if (known >= 0) {
-        descent.shares_with.push_back(known);
-      } else {
-        descent.is_whole = FollowDown(row, static_cast<int>(descents.size()), descent);
-      }
-      descents.push_back(std::move(descent));
+      descend(descents.emplace_back(Descent{.candidate = &candidate, .hit = row}), row);
+    }
+  }
+  for (const Group& group : groups_) {
+    for (const Candidate& support : supports_) {
+      if (!support.stays) continue;
+      const bool is_a = support.borne == Borne::kA;
+      if (GroupOf(is_a ? support.pair.entity_a : support.pair.entity_b) != &group) continue;
+      if (descents.empty() || descents.back().group != &group) descents.push_back({.group = &group});
+      descend(descents.back(), is_a ? support.pair.entity_b : support.pair.entity_a);
     }
   }
   world_.passed_index.Clear();
@@ -125,39 +131,58 @@ void Impacts::AddBearers(const ContactBuffer& contacts) {
     for (const int other : descents[i].shares_with) sets.Join(i, static_cast<uint32_t>(other));
   }
   std::vector<size_t> hits(descents.size()), bodies(descents.size());
+  std::vector<bool> are_grounded(descents.size());
   for (uint32_t i = 0; i < descents.size(); ++i) {
     const uint32_t root = sets.Find(i);
     ++hits[root];
     bodies[root] += descents[i].is_whole ? descents[i].passed.size() : kPassedMost + 1;
+    if (descents[i].is_grounded) are_grounded[root] = true;
   }
   // Whom others bear come after those.
   for (uint32_t i = static_cast<uint32_t>(descents.size()); i-- > 0;) {
     const uint32_t root = sets.Find(i);
-    if (hits[root] <= kHitsMost && bodies[root] <= kPassedMost) AddBearers(descents[i]);
+    const Group* const group = descents[i].group;
+    // What falls together with what is on it has borne nothing.
+    const bool are_borne = group == nullptr || are_grounded[root];
+    if (hits[root] <= kHitsMost && bodies[root] <= kPassedMost && are_borne) {
+      AddBearers(descents[i]);
+    } else if (group != nullptr) {
+      DropBearers(*group);
+    }
   }
 }
 
 void Impacts::AddBearers(const Descent& descent) {
-  ContactPair& hit = descent.candidate->pair;
-  const bool is_a = descent.hit == hit.entity_a;
-  const EntityRow other = is_a ? hit.entity_b : hit.entity_a;
-  const auto center = [&](EntityRow row) {
-    return world_.state.pose(row).Transform(world_.scene.entities[Index(row)]->mass.center_of_mass);
-  };
-  const Vector3 up = center(other) - center(descent.hit);
-  const bool is_above = up.dot(std::as_const(world_.accelerations)[descent.hit]) < 0;
-  if (is_above) descent.candidate->borne = is_a ? Borne::kB : Borne::kA;
+  if (descent.candidate != nullptr) {
+    ContactPair& hit = descent.candidate->pair;
+    const bool is_a = descent.hit == hit.entity_a;
+    const EntityRow other = is_a ? hit.entity_b : hit.entity_a;
+    const auto center = [&](EntityRow row) {
+      return world_.state.pose(row).Transform(world_.scene.entities[Index(row)]->mass.center_of_mass);
+    };
+    const Vector3 up = center(other) - center(descent.hit);
+    const bool is_above = up.dot(std::as_const(world_.accelerations)[descent.hit]) < 0;
+    if (is_above) descent.candidate->borne = is_a ? Borne::kB : Borne::kA;
+  }
   for (size_t k = descent.passed.size(); k-- > 0;) {
     const EntityRow row = descent.passed[k];
-    const double time = struck_[NumberOf(row)].time;
+    const int number = std::as_const(world_.struck_index)[row];
+    const double time = number >= 0 ? struck_[static_cast<size_t>(number)].time : 0;
     for (const uint32_t i : BearingsOf(row)) {
       const ContactPair& pair = bearings_[i].pair;
       if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
-      NumberOf(bearings_[i].bearer);
       const Borne borne = row == pair.entity_a ? Borne::kA : Borne::kB;
       supports_.push_back({.pair = pair, .time = time, .is_held = true, .borne = borne});
     }
   }
+}
+
+// Those to whom nothing is passed on from what joints hold together.
+void Impacts::DropBearers(const Group& group) {
+  std::erase_if(supports_, [&](const Candidate& support) {
+    const EntityRow borne = support.borne == Borne::kA ? support.pair.entity_a : support.pair.entity_b;
+    return support.stays && GroupOf(borne) == &group;
+  });
 }
 
 }  // namespace genphys

@@ -218,9 +218,7 @@ class Group {
     for (const size_t i : part) {
       Blow& blow = blows.emplace_back(blows_[i].blow());
       uint32_t& bearer = blow.borne == Borne::kA ? blow.body_b : blow.body_a;
-      StruckBody& still = bodies.emplace_back(bodies_[bearer]);
-      still.inverse_mass = 0;
-      still.inverse_tensor.setZero();
+      bodies.push_back(bodies_[bearer].Still());
       bearer = static_cast<uint32_t>(bodies.size() - 1);
       (blow.borne == Borne::kA ? blow.body_a : blow.body_b) = 0;
       blow.borne = Borne::kUnknown;

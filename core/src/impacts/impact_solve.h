@@ -22,6 +22,13 @@ struct StruckBody {
     linear_velocity += inverse_mass * freedom.cwiseProduct(impulse);
     angular_velocity += inverse_tensor * (point - center).cross(impulse);
   }
+  /// The same, but nothing moves it.
+  StruckBody Still() const {
+    StruckBody still = *this;
+    still.inverse_mass = 0;
+    still.inverse_tensor.setZero();
+    return still;
+  }
 };
 
 /// Which of the two at a blow the other one bears, together with all that bears that.

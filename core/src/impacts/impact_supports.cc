@@ -64,30 +64,43 @@ void Impacts::AddSupports(const ContactBuffer& contacts) {
   supports_.clear();
   AddGround(contacts);
   AddBearers(contacts);
+  for (const Candidate& support : supports_) {
+    NumberOf(support.pair.entity_a);
+    NumberOf(support.pair.entity_b);
+  }
 }
 
 // Whether what bears it takes part in what hits it.
 bool Impacts::IsBorne(EntityRow row) const { return StandsOnGround(row) || IsTied(row); }
 
-// What nothing can move, and for what joints hold together all of that: it goes back as one, whatever it touches.
-bool Impacts::Bears(EntityRow bearer, EntityRow row) const {
-  if (!IsMovable(bearer)) return true;
-  return IsTied(row) && GroupOf(bearer) == GroupOf(row);
+// What moves, and not as joints let it together with that one.
+bool Impacts::IsMovedApart(EntityRow bearer, EntityRow row) const {
+  return IsMovable(bearer) && (!IsTied(row) || GroupOf(bearer) != GroupOf(row));
+}
+
+// Whether b takes part in what hits a, or a in what hits b: what nothing can move, and for what joints hold together
+// all of that, which goes back as one whatever it touches, and whoever bears it.
+bool Impacts::Bears(const ContactBuffer& contacts, const ContactPair& pair, bool is_a) const {
+  const EntityRow row = is_a ? pair.entity_a : pair.entity_b, bearer = is_a ? pair.entity_b : pair.entity_a;
+  if (std::as_const(world_.struck_index)[row] < 0 || !IsBorne(row)) return false;
+  if (!IsMovedApart(bearer, row)) return true;
+  if (!IsTied(row) || !rewinds_) return false;
+  const auto [is_borne_a, is_borne_b] = BorneIn(contacts, pair, false);
+  return is_a ? is_borne_a : is_borne_b;
 }
 
 void Impacts::AddGround(const ContactBuffer& contacts) {
   if (std::ranges::none_of(struck_, [&](const Struck& struck) { return IsBorne(struck.row); })) return;
   for (const ContactPair& pair : contacts.pairs) {
     if (pair.is_sensor) continue;
-    const auto is_borne = [&](EntityRow row, EntityRow bearer) {
-      return std::as_const(world_.struck_index)[row] >= 0 && IsBorne(row) && Bears(bearer, row);
-    };
-    const bool is_borne_a = is_borne(pair.entity_a, pair.entity_b);
-    if (!is_borne_a && !is_borne(pair.entity_b, pair.entity_a)) continue;
+    const bool is_a = Bears(contacts, pair, true);
+    if (!is_a && !Bears(contacts, pair, false)) continue;
     if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
-    const EntityRow borne = is_borne_a ? pair.entity_a : pair.entity_b;
-    supports_.push_back({.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
-    NumberOf(is_borne_a ? pair.entity_b : pair.entity_a);
+    const EntityRow borne = is_a ? pair.entity_a : pair.entity_b, bearer = is_a ? pair.entity_b : pair.entity_a;
+    Candidate& support =
+        supports_.emplace_back(Candidate{.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
+    support.stays = IsMovedApart(bearer, borne);
+    if (support.stays) support.borne = is_a ? Borne::kA : Borne::kB;
   }
   if (supports_.empty()) return;
   for (const Group& group : groups_) {

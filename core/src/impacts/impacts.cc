@@ -316,7 +316,7 @@ void Impacts::Separate() {
 // How the bodies move at the end of the substep: as they fall, unless what they came to rest on holds them.
 std::vector<StruckBody> Impacts::RestOfStep() {
   std::vector<StruckBody> ends;
-  ends.reserve(struck_.size());
+  ends.reserve(struck_.size() + blows_.size());
   for (size_t i = 0; i < struck_.size(); ++i) {
     Struck& struck = struck_[i];
     ends.push_back(struck.motion.Coast(bodies_[i], struck.time));
@@ -338,10 +338,16 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     Blow support = blows_[i];
     support.impulse = support.separation_speed = 0;
     support.rubbing.setZero();
+    if (blow_pairs_[i]->stays) {
+      uint32_t& bearer = support.borne == Borne::kA ? support.body_b : support.body_a;
+      ends.push_back(ends[bearer].Still());
+      bearer = static_cast<uint32_t>(ends.size() - 1);
+    }
     supports.push_back(support);
   }
   SolveBlows(supports, ends, ties_);
   for (const Blow& support : supports) {
+    if (std::max(support.body_a, support.body_b) >= struck_.size()) continue;
     Struck &a = struck_[support.body_a], &b = struck_[support.body_b];
     if (!a.motion.is_movable() || !b.motion.is_movable()) continue;
     const Vector3 impulse = support.impulse * support.normal + support.rubbing;

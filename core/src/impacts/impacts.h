@@ -61,8 +61,8 @@ struct SweptPair {
 /// ground takes part in the blow. What lies among others that move goes back when it meets something new that is held
 /// as well, as if it were held all the time; of that on which something lands the velocities alone change, and of those
 /// that bear it, down to the ground, to which it passes a blow on that throws back who lands. Joints pass a blow on to
-/// all that they hold, and what bears any of these takes part; all that go back together and forward again as joints
-/// let them.
+/// all that they hold, and what bears any of these takes part, down to the ground as well; all that they hold go back
+/// together and forward again as joints let them.
 class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
@@ -107,6 +107,8 @@ class Impacts {
     double nearest = 0;       // m, between one of them and whoever hits it then
     bool is_apart = false;    // more than that
     Borne borne = Borne::kUnknown;
+    // Who bears the other one stays where it is, and has borne what pulls at that one until the end.
+    bool stays = false;
   };
   // Who was pressed against whom that bears it, or that nothing can move.
   struct Bearing {
@@ -114,11 +116,14 @@ class Impacts {
     EntityRow bearer{};
     ContactPair pair;
   };
-  // From one that is hit to all that bear it.
+  struct Group;
+  // From one that is hit, or what joints hold together with it, to all that bear it.
   struct Descent {
     Candidate* candidate = nullptr;
     EntityRow hit{};
+    const Group* group = nullptr;
     bool is_whole = true;
+    bool is_grounded = false;         // something below is held by what nothing can move
     std::vector<EntityRow> passed{};  // that are in no earlier one, each after those that bear it
     std::vector<int> shares_with{};   // earlier ones
   };
@@ -208,7 +213,8 @@ class Impacts {
   bool IsMovable(EntityRow row) const;
   bool StandsOnGround(EntityRow row) const;
   bool IsBorne(EntityRow row) const;
-  bool Bears(EntityRow bearer, EntityRow row) const;
+  bool Bears(const ContactBuffer& contacts, const ContactPair& pair, bool is_a) const;
+  bool IsMovedApart(EntityRow bearer, EntityRow row) const;
   void AddSupports(const ContactBuffer& contacts);
   void AddGround(const ContactBuffer& contacts);
   bool IsSqueezed(const Group& group) const;
@@ -227,6 +233,7 @@ class Impacts {
   bool FollowDown(EntityRow row, int number, Descent& descent);
   void AddBearers(const ContactBuffer& contacts);
   void AddBearers(const Descent& descent);
+  void DropBearers(const Group& group);
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
   const Group* GroupOf(EntityRow row) const;
