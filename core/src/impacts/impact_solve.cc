@@ -285,21 +285,29 @@ class Group {
     return true;
   }
 
-  // The same of those that press or close: of what stands on the ground most corners do neither.
+  // The same of those that press or close, and of too many of these that press hardest: of what stands on the ground
+  // most corners do neither.
   bool SettleTiedAtOnce(bool thoroughly, uint32_t sweep) {
     std::vector<Settling*> part;
-    std::vector<Blow> blows;
-    std::vector<OfBlow> rates;
     const bool are_many = blows_.size() > kTiedBlowsAtOnce;
     for (Settling& settling : blows_) {
-      const OfBlow rate = settling.Rates(speeds_);
-      if (!settling.gives_way() || (are_many && !(settling.impulse()[0] > 0 || rate[0] < kSettled))) continue;
-      settling.Finish();
-      part.push_back(&settling);
-      blows.push_back(settling.blow());
-      rates.push_back(rate);
+      if (!settling.gives_way()) continue;
+      if (!are_many || settling.impulse()[0] > 0 || settling.Rates(speeds_)[0] < kSettled) part.push_back(&settling);
     }
-    if (blows.size() > kTiedBlowsAtOnce || !SolveTiedAtOnce(blows, AnswersOf(part), rates, thoroughly)) return false;
+    if (part.size() > kTiedBlowsAtOnce) {
+      std::ranges::stable_sort(part, std::ranges::greater(), [&](const Settling* settling) {
+        return settling->impulse()[0] - settling->Rates(speeds_)[0] / settling->Softness(0);
+      });
+      part.resize(kTiedBlowsAtOnce);
+    }
+    std::vector<Blow> blows;
+    std::vector<OfBlow> rates;
+    for (Settling* const settling : part) {
+      settling->Finish();
+      blows.push_back(settling->blow());
+      rates.push_back(settling->Rates(speeds_));
+    }
+    if (!SolveTiedAtOnce(blows, AnswersOf(part), rates, thoroughly)) return false;
     const double most = kWedged * MomentumOf(part);
     if (std::ranges::any_of(blows, [&](const Blow& blow) { return blow.impulse > most; })) return false;
     for (size_t i = 0; i < blows.size(); ++i) {
