@@ -74,6 +74,7 @@ std::span<const uint32_t> Impacts::BearingsOf(EntityRow row) const {
 // Whether it lies among others and throws back what flies onto it. What only comes to rest on it is left to the next
 // solve, and what jostles in a pile as well.
 bool Impacts::IsPassedOn(const Candidate& candidate, EntityRow row) const {
+  if (IsTied(row)) return false;  // all that joints hold together with it passes on what hits it
   const ContactPair& pair = candidate.pair;
   const EntityRow other = row == pair.entity_a ? pair.entity_b : pair.entity_a;
   const auto stance = [&](EntityRow of) { return std::as_const(world_.stances)[of]; };
@@ -82,21 +83,32 @@ bool Impacts::IsPassedOn(const Candidate& candidate, EntityRow row) const {
   return pair.material.restitution * candidate.closing > speed_.Of(pair.entity_a, pair.entity_b, pull.normalized());
 }
 
-// Those that bear `row`, and itself. What is tied takes part anyway.
+// Those that bear `row`, and itself, and all that joints hold together with any of them. What is hit takes part anyway.
 bool Impacts::FollowDown(EntityRow row, int number, Descent& descent) {
-  if (!IsMovable(row)) descent.is_grounded = true;
-  if (!IsMovable(row) || IsTied(row)) return true;
   const int known = std::as_const(world_.passed_index)[row];
   if (known >= 0) {
     if (known != number) descent.shares_with.push_back(known);
     return true;
   }
-  if (world_.jointed[row] || descent.passed.size() >= kPassedMost) return false;
-  world_.passed_index[row] = number;
-  for (const uint32_t i : BearingsOf(row)) {
-    if (!FollowDown(bearings_[i].bearer, number, descent)) return false;
+  if (!IsMovable(row) || IsTied(row)) {
+    descent.is_grounded = true;
+    return true;
   }
-  descent.passed.push_back(row);
+  std::vector<EntityRow> linked;
+  std::span<const EntityRow> rows(&row, 1);
+  if (world_.jointed[row]) {
+    if (GroupOf(row) != nullptr) return false;
+    descent.groups.push_back(AddGroup(row));
+    rows = linked = groups_.back().linked.rows;
+  }
+  if (descent.passed.size() + rows.size() > kPassedMost) return false;
+  for (const EntityRow each : rows) world_.passed_index[each] = number;
+  for (const EntityRow each : rows) {
+    for (const uint32_t i : BearingsOf(each)) {
+      if (!FollowDown(bearings_[i].bearer, number, descent)) return false;
+    }
+  }
+  descent.passed.insert(descent.passed.end(), rows.begin(), rows.end());
   return true;
 }
 
@@ -115,12 +127,12 @@ void Impacts::AddBearers(const ContactBuffer& contacts) {
       descend(descents.emplace_back(Descent{.candidate = &candidate, .hit = row}), row);
     }
   }
-  for (const Group& group : groups_) {
+  for (int group = 0, count = static_cast<int>(groups_.size()); group < count; ++group) {
     for (const Candidate& support : supports_) {
-      if (!support.stays) continue;
       const bool is_a = support.borne == Borne::kA;
-      if (GroupOf(is_a ? support.pair.entity_a : support.pair.entity_b) != &group) continue;
-      if (descents.empty() || descents.back().group != &group) descents.push_back({.group = &group});
+      const EntityRow borne = is_a ? support.pair.entity_a : support.pair.entity_b;
+      if (!support.is_passed_down || std::as_const(world_.group_of)[borne] != group) continue;
+      if (descents.empty() || descents.back().group != group) descents.push_back({.group = group});
       descend(descents.back(), is_a ? support.pair.entity_b : support.pair.entity_a);
     }
   }
@@ -141,13 +153,13 @@ void Impacts::AddBearers(const ContactBuffer& contacts) {
   // Whom others bear come after those.
   for (uint32_t i = static_cast<uint32_t>(descents.size()); i-- > 0;) {
     const uint32_t root = sets.Find(i);
-    const Group* const group = descents[i].group;
+    const int group = descents[i].group;
     // What falls together with what is on it has borne nothing.
-    const bool are_borne = group == nullptr || are_grounded[root];
+    const bool are_borne = group < 0 || are_grounded[root];
     if (hits[root] <= kHitsMost && bodies[root] <= kPassedMost && are_borne) {
       AddBearers(descents[i]);
-    } else if (group != nullptr) {
-      DropBearers(*group);
+    } else if (group >= 0) {
+      DropBearers(group);
     }
   }
 }
@@ -164,6 +176,7 @@ void Impacts::AddBearers(const Descent& descent) {
     const bool is_above = up.dot(std::as_const(world_.accelerations)[descent.hit]) < 0;
     if (is_above) descent.candidate->borne = is_a ? Borne::kB : Borne::kA;
   }
+  for (const size_t group : descent.groups) TieAll(groups_[group]);
   for (size_t k = descent.passed.size(); k-- > 0;) {
     const EntityRow row = descent.passed[k];
     const int number = std::as_const(world_.struck_index)[row];
@@ -178,10 +191,10 @@ void Impacts::AddBearers(const Descent& descent) {
 }
 
 // Those to whom nothing is passed on from what joints hold together.
-void Impacts::DropBearers(const Group& group) {
+void Impacts::DropBearers(int group) {
   std::erase_if(supports_, [&](const Candidate& support) {
     const EntityRow borne = support.borne == Borne::kA ? support.pair.entity_a : support.pair.entity_b;
-    return support.stays && GroupOf(borne) == &group;
+    return support.is_passed_down && std::as_const(world_.group_of)[borne] == group;
   });
 }
 

@@ -99,8 +99,8 @@ void Impacts::AddGround(const ContactBuffer& contacts) {
     const EntityRow borne = is_a ? pair.entity_a : pair.entity_b, bearer = is_a ? pair.entity_b : pair.entity_a;
     Candidate& support =
         supports_.emplace_back(Candidate{.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});
-    support.stays = IsMovedApart(bearer, borne);
-    if (support.stays) support.borne = is_a ? Borne::kA : Borne::kB;
+    support.is_passed_down = IsMovedApart(bearer, borne);
+    if (support.is_passed_down) support.borne = is_a ? Borne::kA : Borne::kB;
   }
   if (supports_.empty()) return;
   for (const Group& group : groups_) {

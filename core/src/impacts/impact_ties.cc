@@ -35,11 +35,8 @@ void Impacts::FindGroups() {
     for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
       if (!IsLinked(row)) continue;
       if (!world_.linked[row]) {
-        groups_.push_back({.linked = world_.joints.TiedTo(row, world_.linked)});
+        AddGroup(row);
         impacts.push_back(0);
-        for (const EntityRow member : groups_.back().linked.rows) {
-          world_.group_of[member] = static_cast<int>(groups_.size()) - 1;
-        }
       }
       ++impacts[static_cast<size_t>(std::as_const(world_.group_of)[row])];
     }
@@ -48,6 +45,15 @@ void Impacts::FindGroups() {
     groups_[i].is_tied = impacts[i] * groups_[i].linked.rows.size() <= kTiedMost;
   }
   if (rewinds_) LeaveHeldToSolves();
+}
+
+// Of whom joints hold together with that one; returns its number.
+size_t Impacts::AddGroup(EntityRow row) {
+  groups_.push_back({.linked = world_.joints.TiedTo(row, world_.linked)});
+  for (const EntityRow member : groups_.back().linked.rows) {
+    world_.group_of[member] = static_cast<int>(groups_.size()) - 1;
+  }
+  return groups_.size() - 1;
 }
 
 // What cannot go back and meets something new is stopped by its next solve, as all that joints hold, and so is what
@@ -70,19 +76,18 @@ void Impacts::TieStruck() {
   ties_ = {};
   const auto is_struck = [&](EntityRow row) { return std::as_const(world_.struck_index)[row] >= 0; };
   for (Group& group : groups_) {
-    if (!group.is_tied || std::ranges::none_of(group.linked.rows, is_struck)) continue;
-    for (const EntityRow row : group.linked.rows) {
-      group.members.push_back(NumberOf(row));
-      group.time = std::max(group.time, struck_[group.members.back()].time);
-    }
-    group.is_tied = Tie(group);
-    if (!group.is_tied) group.time = 0;
-    for (const uint32_t member : group.members) struck_[member].time = group.time;
+    if (group.is_tied && std::ranges::any_of(group.linked.rows, is_struck)) TieAll(group);
   }
-  ties_.VisitLacking([&](const Ties::Change& change) {
-    struck_[change.body].lacking_linear = change.linear;
-    struck_[change.body].lacking_angular = change.angular;
-  });
+}
+
+void Impacts::TieAll(Group& group) {
+  for (const EntityRow row : group.linked.rows) {
+    group.members.push_back(NumberOf(row));
+    group.time = std::max(group.time, struck_[group.members.back()].time);
+  }
+  group.is_tied = Tie(group);
+  if (!group.is_tied) group.time = 0;
+  for (const uint32_t member : group.members) struck_[member].time = group.time;
 }
 
 JointBody Impacts::ToJointBody(size_t place, const Pose& pose, const StruckBody& struck) {

@@ -259,6 +259,10 @@ void Impacts::CollectStruck(const ContactBuffer& contacts) {
   }
   TieStruck();
   AddSupports(contacts);
+  ties_.VisitLacking([&](const Ties::Change& change) {
+    struck_[change.body].lacking_linear = change.linear;
+    struck_[change.body].lacking_angular = change.angular;
+  });
   bodies_.reserve(struck_.size());
   for (const Struck& struck : struck_) {
     StruckBody& body = bodies_.emplace_back(struck.motion.BodyBefore(struck.time));
@@ -338,8 +342,9 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     Blow support = blows_[i];
     support.impulse = support.separation_speed = 0;
     support.rubbing.setZero();
-    if (blow_pairs_[i]->stays) {
-      uint32_t& bearer = support.borne == Borne::kA ? support.body_b : support.body_a;
+    uint32_t& bearer = support.borne == Borne::kA ? support.body_b : support.body_a;
+    // Who stays where it is has borne what pulls at the other one until the end.
+    if (blow_pairs_[i]->is_passed_down && struck_[bearer].time == 0) {
       ends.push_back(ends[bearer].Still());
       bearer = static_cast<uint32_t>(ends.size() - 1);
     }

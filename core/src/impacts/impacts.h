@@ -107,8 +107,7 @@ class Impacts {
     double nearest = 0;       // m, between one of them and whoever hits it then
     bool is_apart = false;    // more than that
     Borne borne = Borne::kUnknown;
-    // Who bears the other one stays where it is, and has borne what pulls at that one until the end.
-    bool stays = false;
+    bool is_passed_down = false;  // from what joints hold together to somebody apart from it
   };
   // Who was pressed against whom that bears it, or that nothing can move.
   struct Bearing {
@@ -116,15 +115,15 @@ class Impacts {
     EntityRow bearer{};
     ContactPair pair;
   };
-  struct Group;
   // From one that is hit, or what joints hold together with it, to all that bear it.
   struct Descent {
     Candidate* candidate = nullptr;
     EntityRow hit{};
-    const Group* group = nullptr;
+    int group = -1;  // in groups_
     bool is_whole = true;
     bool is_grounded = false;         // something below is held by what nothing can move
     std::vector<EntityRow> passed{};  // that are in no earlier one, each after those that bear it
+    std::vector<size_t> groups{};     // of these
     std::vector<int> shares_with{};   // earlier ones
   };
   struct Struck {
@@ -233,14 +232,16 @@ class Impacts {
   bool FollowDown(EntityRow row, int number, Descent& descent);
   void AddBearers(const ContactBuffer& contacts);
   void AddBearers(const Descent& descent);
-  void DropBearers(const Group& group);
+  void DropBearers(int group);
   // What joints hold together (impact_ties.cc).
   bool IsLinked(EntityRow row) const;
   const Group* GroupOf(EntityRow row) const;
   bool IsTied(EntityRow row) const;
   void FindGroups();
+  size_t AddGroup(EntityRow row);
   void LeaveHeldToSolves();
   void TieStruck();
+  void TieAll(Group& group);
   bool Tie(Group& group);
   static JointBody ToJointBody(size_t place, const Pose& pose, const StruckBody& struck);
   std::vector<JointBody> BodiesOf(const Group& group, double time) const;
