@@ -132,6 +132,15 @@ std::span<const EntityRow> LockedBodies::Finish() {
   return rows_;
 }
 
+void LockedBodies::Hold(EntityRow row) {
+  if (!scene_.entities[Index(row)]->traits.is_locked) return;
+  const auto found = std::lower_bound(rows_.begin(), rows_.end(), row);
+  if (found != rows_.end() && *found == row) return;
+  const Pose pose = state_.pose(row);
+  held_.insert(held_.begin() + (found - rows_.begin()), {pose.Transform(mass(row).center_of_mass), pose.orientation});
+  rows_.insert(found, row);
+}
+
 void LockedBodies::Forget(EntityRow row) {
   const auto found = std::lower_bound(rows_.begin(), rows_.end(), row);
   if (found == rows_.end() || *found != row) return;

@@ -40,6 +40,8 @@ class LockedBodies {
   std::span<const EntityRow> Finish();
   /// Lets no velocity lie along locked axes.
   void DropVelocities();
+  /// Takes a row that moves from here on, after Begin(), if it has locked axes.
+  void Hold(EntityRow row);
   /// Leaves a row alone from here on.
   void Forget(EntityRow row);
 

@@ -230,6 +230,7 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     rows_.insert(place, row);
     StartMover(row, movers_.emplace_back());
     joints_.Hold(row);
+    locked_.Hold(row);
   }
   Mark("collide");
   return is_all_new;
