@@ -5,6 +5,7 @@
 
 #include "conformance/engine_test.h"
 #include "support/random.h"
+#include "support/smooth.h"
 #include "support/tolerances.h"
 
 namespace genphys::testing {
@@ -15,20 +16,6 @@ GENPHYS_ENGINE_TESTS(ImpactsOfStanding, Claim::kContacts, Claim::kRestitution, C
 constexpr double kStep = 1.0 / 60;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.2;
-
-EntityDesc Smooth(EntityDesc body, double restitution) {
-  Material& material = body.rigid_body->geometries[0].material;
-  material.restitution = restitution;
-  material.friction = 0;
-  material.friction_mixing = Mixing::kMinimum;
-  return body;
-}
-
-std::unique_ptr<World> FloorOf(const std::string& engine, bool sleeps, Quality quality = Quality::kBalanced) {
-  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep, .quality = quality}};
-  desc.default_auto_disable = {.enabled = sleeps, .rest_time = 0.1};
-  return MakeWorld(desc);
-}
 
 TEST_P(ImpactsOfStanding, ThrowItAlongTheFloorFromWhenItIsHit) {
   Proves({Claim::kKineticFriction});

@@ -7,6 +7,7 @@
 #include "conformance/engine_test.h"
 #include "support/joints.h"
 #include "support/random.h"
+#include "support/smooth.h"
 
 namespace genphys::testing {
 namespace {
@@ -17,20 +18,6 @@ constexpr double kStep = 1.0 / 60;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.15;
 const Vector3 kHalf(0.25, 0.15, 0.1);
-
-EntityDesc Smooth(EntityDesc body, double restitution) {
-  Material& material = body.rigid_body->geometries[0].material;
-  material.restitution = restitution;
-  material.friction = 0;
-  material.friction_mixing = Mixing::kMinimum;
-  return body;
-}
-
-std::unique_ptr<World> FloorOf(const std::string& engine, bool sleeps) {
-  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep}};
-  desc.default_auto_disable = {.enabled = sleeps, .rest_time = 0.1};
-  return MakeWorld(desc);
-}
 
 JointKind KindOf(uint64_t seed) {
   SixDofJoint bent;

@@ -67,7 +67,7 @@ class World final : public BackendWorld {
   };
 
   // All at once; by sweeps from what held it at the last solve, a few that are enough for what rests, or more; by
-  // sweeps from nothing.
+  // sweeps from nothing; by as many of these as uneven weights take.
   enum class Way { kDirect, kBrief, kWarm, kCold, kLong };
 
   // What pushes meet in an island, and how it is solved for that.
