@@ -256,15 +256,20 @@ void RowWriter::LockOrientation() {
   }
 }
 
-void RowWriter::LockTilt() {
-  const Vector3 z = Turn() * Vector3::UnitZ();
-  // The turn about x and y that would bring z there: the angle itself, so that a wide one is not taken for a small one.
-  const double sine = std::hypot(z.x(), z.y());
-  const double angle = std::atan2(sine, z.z());
+void RowWriter::LockTilt(int i) {
+  const int j = (i + 1) % 3, k = (i + 2) % 3;
+  const Vector3 tilted = Turn() * Vector3::Unit(i);
+  // The turn about the other two that would bring it there: the angle itself, so that a wide one is not taken for a
+  // small one.
+  const double sine = std::hypot(tilted[j], tilted[k]);
+  const double angle = std::atan2(sine, tilted[i]);
   const double scale = sine > 1e-9 ? angle / sine : 1;
-  const bool is_opposite = sine <= 1e-9 && z.z() < 0;
-  Lock({.place = 3, .axis = axes_.col(0), .position = is_opposite ? std::numbers::pi : -scale * z.y()});
-  Lock({.place = 4, .axis = axes_.col(1), .position = scale * z.x()});
+  const bool is_opposite = sine <= 1e-9 && tilted[i] < 0;
+  const auto turn = [&](int about, double position) {
+    Lock({.place = static_cast<size_t>(3 + about), .axis = axes_.col(about), .position = position});
+  };
+  turn(j, is_opposite ? std::numbers::pi : -scale * tilted[k]);
+  turn(k, scale * tilted[j]);
 }
 
 void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {

@@ -82,8 +82,8 @@ class RowWriter {
   void LockAcross();
   /// Holds both frames parallel.
   void LockOrientation();
-  /// Holds both z axes parallel.
-  void LockTilt();
+  /// Holds the axes `i` of both parallel: of a hinge those along z.
+  void LockTilt(int i = 2);
   /// Holds the coordinate at zero.
   void Lock(const Coordinate& coordinate);
   /// Leaves the coordinate free but for what `axis` says, and notes it. Full turns are counted.
