@@ -22,21 +22,9 @@ struct Told {
   uint64_t step;
 };
 
-struct WhoOf {
-  template <typename Contact>
-  requires requires(const Contact& contact) { contact.pair; }
-  EntityPair operator()(const Contact& contact) const { return contact.pair; }
-  template <typename Sensor>
-  requires requires(const Sensor& sensor) { sensor.visitor; }
-  EntityPair operator()(const Sensor& sensor) const { return {sensor.sensor, sensor.visitor}; }
-  template <typename Single>
-  requires requires(const Single& single) { single.id; }
-  EntityPair operator()(const Single& single) const { return {single.id, {}}; }
-};
-
 std::vector<Told> StoryOf(const std::vector<Event>& events) {
   std::vector<Told> story;
-  for (const Event& event : events) story.push_back({event.kind.index(), std::visit(WhoOf{}, event.kind), event.step});
+  for (const Event& event : events) story.push_back({event.kind.index(), EntitiesOf(event.kind), event.step});
   return story;
 }
 

@@ -33,18 +33,6 @@ struct KindFlag {
   bool operator()(const ForceFieldDeleted&) const { return kinds.changes; }
 };
 
-struct NamedIds {
-  template <typename Contact>
-  requires requires(const Contact& contact) { contact.pair; }
-  EntityPair operator()(const Contact& contact) const { return contact.pair; }
-  template <typename Sensor>
-  requires requires(const Sensor& sensor) { sensor.visitor; }
-  EntityPair operator()(const Sensor& sensor) const { return {sensor.sensor, sensor.visitor}; }
-  template <typename Single>
-  requires requires(const Single& single) { single.id; }
-  EntityPair operator()(const Single& single) const { return {single.id, single.id}; }
-};
-
 }  // namespace
 
 EventFilter::EventFilter(const v1::EventFilter& filter) {
@@ -62,7 +50,7 @@ bool EventFilter::Names(EntityId id) const { return !id.is_null() && std::binary
 bool EventFilter::Matches(const Event& event) const {
   if (!Wants(event.kind)) return false;
   if (ids_.empty()) return true;
-  const EntityPair named = std::visit(NamedIds{}, event.kind);
+  const EntityPair named = EntitiesOf(event.kind);
   return Names(named.a) || Names(named.b);
 }
 

@@ -151,4 +151,7 @@ struct Event {
   EventKind kind;
 };
 
+/// Whom it is about: a sensor before its visitor, one that is alone before a null id, and as its pair names them else.
+EntityPair EntitiesOf(const EventKind& kind);
+
 }  // namespace genphys

@@ -6,19 +6,7 @@
 namespace genphys {
 namespace {
 
-struct IdsOf {
-  template <typename Contact>
-  requires requires(const Contact& contact) { contact.pair; }
-  EntityPair operator()(const Contact& contact) const { return contact.pair; }
-  template <typename Sensor>
-  requires requires(const Sensor& sensor) { sensor.visitor; }
-  EntityPair operator()(const Sensor& sensor) const { return {sensor.sensor, sensor.visitor}; }
-  template <typename Single>
-  requires requires(const Single& single) { single.id; }
-  EntityPair operator()(const Single& single) const { return {single.id, {}}; }
-};
-
-auto KeyOf(const EventKind& event) { return std::tuple(event.index(), std::visit(IdsOf{}, event)); }
+auto KeyOf(const EventKind& event) { return std::tuple(event.index(), EntitiesOf(event)); }
 
 }  // namespace
 
