@@ -28,17 +28,6 @@ class StepRun {
   Status Run();
 
  private:
-  // A mover of an island of which a part of a solve is taken.
-  struct Restrained {
-    const Mover* mover = nullptr;
-    uint32_t island = 0;
-    Vector3 linear = Vector3::Zero();  // as solved
-    Vector3 spin = Vector3::Zero();
-    Pose place;                              // to where that took it
-    Vector3 quiet_linear = Vector3::Zero();  // as solved without making up for errors
-    Vector3 quiet_spin = Vector3::Zero();
-  };
-
   class Crowd;
   class Jolts;
   class Turns;
@@ -80,6 +69,7 @@ class StepRun {
   void FinishJoints();
   void Substep(double h, double elapsed);
   void Solve(double h);
+  void RestrainJoints(double h, std::vector<JointRow>& rows);
   void LeaveLimits(double h);
   void MoveKinematic(double h);
   void Undo();
@@ -214,21 +204,6 @@ class StepRun {
   void TakeTurns(double h);
   void KeepTurns();
   void ShiftTurned();
-
-  // Energy of joints (step_energy.cc).
-  bool IsMovedByOthers(EntityRow row) const;
-  void FindEnergies(double h, std::span<const JointRow> rows, std::vector<SolveEnergy>& energies) const;
-  void RestrainJointed(double h, std::vector<JointRow>& rows);
-  static double WorkOwed(const Mover& mover, const Vector3& turned);
-  double WorkBegun(const Mover& mover, const Vector3& gained, double h, double bend_most) const;
-  std::vector<Restrained> RestrainedBodies(std::span<const SolveEnergy> energies) const;
-  void GoQuietly(double h, std::vector<JointRow>& rows, std::vector<SolveEnergy>& energies,
-                 std::vector<Restrained>& bodies);
-  void SolveLeftQuietly(double h, std::vector<JointRow>& rows, std::span<const SolveEnergy> energies,
-                        std::vector<Restrained>& bodies);
-  void TakeParts(double h, std::span<const SolveEnergy> energies, std::span<const Restrained> bodies);
-  void ShareParts(std::span<const JointRow> solved, const ContactBuffer& solved_contacts,
-                  std::span<const SolveEnergy> energies, std::vector<JointRow>& rows);
 
   // What is told of the step (step_report.cc).
   void FinishNetForces();

@@ -8,6 +8,7 @@
 #include "motion/free_rotation.h"
 #include "pairs/near_pairs.h"
 #include "step/event_order.h"
+#include "step/restraint.h"
 #include "step/sleeping.h"
 #include "step/step_run.h"
 #include "world/initial_world.h"
@@ -305,7 +306,28 @@ void StepRun::Solve(double h) {
   world_.engine_->ScaleInertia(joints_.scales());
   world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
   joints_.TakeLeft(rows);
-  RestrainJointed(h, rows);
+  RestrainJoints(h, rows);
+}
+
+void StepRun::RestrainJoints(double h, std::vector<JointRow>& rows) {
+  const auto kick_turned = [this](std::span<const EntityRow> kicked) {
+    for (const FrictionTurn& turn : scratch_.turns) {
+      for (const EntityRow row : {turn.a, turn.b}) {
+        if (std::ranges::binary_search(kicked, row)) KickTurned(turn, row);
+      }
+    }
+  };
+  const Restraint::Surroundings surroundings{.scene = world_.scene_,
+                                             .layer = world_.layer_,
+                                             .rule = world_.rule_,
+                                             .active = world_.active_,
+                                             .state = state_,
+                                             .contacts = world_.contacts_,
+                                             .engine = *world_.engine_,
+                                             .joints = joints_,
+                                             .movers = movers_,
+                                             .kick_turned = kick_turned};
+  Restraint(surroundings, h).Apply(rows);
 }
 
 void StepRun::MoveKinematic(double h) {
