@@ -8,22 +8,16 @@
 #include <cstring>
 #include <limits>
 
+#include "contact_surface.h"
+#include "convert.h"
 #include "genphys/backend.h"
 #include "library.h"
 
 namespace genphys::ode_backend {
 namespace {
 
-// How deep a body may rest, m: with none at all the corners of a resting box lose touch and find it again at every
-// step, and the force on it flickers with them.
-constexpr double kSurfaceLayer = 1e-6;
 // Any.
 constexpr uint32_t kSeedOfFew = 1;
-// The part of an overlap that a step takes away.
-constexpr double kErrorReduction = 0.2;
-// m/s: no overlap is taken away faster. What pushes bodies apart also leaves them with that speed, so that a ball
-// without restitution would hop after every hard landing, and bodies created inside each other would be shot away.
-constexpr double kPushOutSpeedMax = 0.3;
 // Softness of a contact, of the inverse of the masses that it moves: the exact solver divides by what redundant
 // contacts leave over. The iterative one needs none, and softness lets a heavy body creep down a slope.
 constexpr double kDirectSoftness = 1e-4;
@@ -48,35 +42,10 @@ constexpr double kDirectSpreadMax = 1e6;
 constexpr double kLeastArm = 1e-30;
 // kg and kg*m^2: nothing of the model moves that.
 constexpr double kImmovableMass = 1e30;
-// m/s^2, of the Earth.
-constexpr double kGravity = 9.81;
-// Below the speed that this part of the Earth's gravity gives in one step, a direction of slip is noise, and following
-// it keeps a resting body trembling.
-constexpr double kSlipGate = 0.02 * kGravity;
-// What slips in one step by less than friction stops in this part of it is held where it is rather than braked.
-constexpr double kHeldPart = 0.8;
 // What is so many times as fast as friction at one of its points slows it down in a step slides on for some steps.
 constexpr double kSlides = 4;
 // The same of what hangs together with joints, which may press it far more than in the last step.
 constexpr double kSlidesJointed = 16;
-// rad/s^2: the same as the gate of a slip, of a direction of rolling.
-constexpr double kRollGate = 0.2;
-
-// m/s, of what friction has to brake: the slip or, if friction may stop it, the slip that there would be had it not
-// done anything in the last solve either. Where a load comes through another contact, there is no slip before a solve
-// that tells its direction.
-Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass) {
-  const auto across = [&](const Vector3& v) -> Vector3 { return v - contact.normal * contact.normal.dot(v); };
-  const Vector3 slip = across(contact.relative_velocity);
-  if (slip.norm() > inverse_mass * contact.grip) return slip;
-  return slip - inverse_mass * across(contact.braked);
-}
-
-Vector3 FromOde(const dReal* v) { return {v[0], v[1], v[2]}; }
-
-void ToOde(const Vector3& v, dReal* to) {
-  for (int i = 0; i < 3; ++i) to[i] = v[i];
-}
 
 // The bits as they are: the library's setter would normalise, and its own results must pass through unchanged. Its
 // getters give the place where it keeps them.
@@ -97,97 +66,6 @@ void SetMass(dBodyID body, const MassProperties& mass) {
 
 // The mean of the inverse moments, 1/(kg*m^2).
 double Turnability(const MassProperties& mass) { return mass.inverse_tensor.trace() / 3; }
-
-// Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
-// way it goes; the engine's own axes would brake a diagonal one more.
-// What slips much faster than friction could stop it soon is braked against its slip in the middle of the step, which
-// is of second order, and has no friction across that: what holds it in one direction would be held in the other, too,
-// and a push across it, however small, moves it.
-void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to) {
-  to.surface.mu = contact.friction;
-  const double speed = slip.norm(), sliding = contact.slip.norm();
-  if (speed > fast && sliding > fast) {
-    to.surface.mode |= dContactFDir1 | dContactAxisDep;
-    ToOde(contact.slip / sliding, to.fdir1);
-    to.surface.mu2 = 0;
-    return;
-  }
-  // However little pulls at a smooth or light body, that is no noise where it is about what friction bears there.
-  const double pressed = std::abs(contact.relative_velocity.dot(contact.normal));
-  const bool slips = pressed > 0 && speed > kHeldPart * contact.friction * pressed;
-  if (speed > kSlipGate * step_size || slips) {
-    to.surface.mode |= dContactFDir1;
-    ToOde(slip / speed, to.fdir1);
-  }
-}
-
-// The same with one axis a point, which is a third less to sweep. Points of what slips, or is about to, all brake it
-// along its slip. Of what rests they hold along two axes in turns, each for its neighbour too.
-void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to) {
-  to.surface.mode |= dContactFDir1 | dContactAxisDep;
-  to.surface.mu = contact.friction;
-  to.surface.mu2 = 0;
-  const double speed = slip.norm();
-  if (speed > std::max(kSlipGate, kHeldPart * kGravity * contact.friction) * step_size) {
-    ToOde(slip / speed, to.fdir1);
-    return;
-  }
-  dVector3 first, second;
-  dPlaneSpace(to.geom.normal, first, second);
-  ToOde(FromOde(*contact.shared_axis == 0 ? second : first), to.fdir1);
-  to.surface.mu *= 2;
-}
-
-// Resistance to rolling is bounded along the same two axes. Where nothing slides the first follows the rolling.
-void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to) {
-  if (contact.rolling_friction == 0 || (to.surface.mode & dContactFDir1) != 0) return;
-  const Vector3 along = contact.relative_spin.cross(contact.normal);
-  const double spin = along.norm();
-  if (spin <= kRollGate * step_size) return;
-  to.surface.mode |= dContactFDir1;
-  ToOde(along / spin, to.fdir1);
-}
-
-// How fast the sides of an overlap are pushed apart, or those of a gap let together.
-double PartingSpeed(double depth, const dContact& contact, double step_size) {
-  if (depth < 0) return kErrorReduction * depth / step_size;
-  const double part = (contact.surface.mode & dContactSoftERP) != 0 ? contact.surface.soft_erp : kErrorReduction;
-  return part * std::max(contact.geom.depth - kSurfaceLayer, 0.0) / step_size;
-}
-
-// What is taken away of an overlap, and how fast. No more of it is told than may be taken away in one step.
-void SetDepth(const ContactConstraint& contact, double step_size, dContact& to) {
-  const ErrorCorrection& correction = contact.correction;
-  const double part = correction.PartOf(step_size, kErrorReduction);
-  const double most = correction.speed_max.value_or(kPushOutSpeedMax) * step_size / part;
-  const double slop = correction.slop.value_or(0);
-  to.geom.depth = std::min(std::max(contact.depth - slop, 0.0), kSurfaceLayer + most);
-  if (!correction.time_constant) return;
-  to.surface.mode |= dContactSoftERP;
-  to.surface.soft_erp = part;
-}
-
-void SetSoftness(double softness, dContact& to) {
-  to.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
-  to.surface.soft_cfm = to.surface.slip1 = to.surface.slip2 = softness;
-}
-
-// Carries the body along with another side that moves by itself: a constraint's target velocity says what the velocity
-// of a second body would have.
-void SetOtherVelocity(const ContactConstraint& contact, dContact& to) {
-  if (contact.other_velocity.isZero(0)) return;
-  to.surface.motionN += contact.normal.dot(contact.other_velocity);
-  to.surface.mode |= dContactMotionN;
-  if (contact.friction == 0) return;
-  if ((to.surface.mode & dContactFDir1) == 0) {
-    dVector3 unused;
-    dPlaneSpace(to.geom.normal, to.fdir1, unused);
-  }
-  const Vector3 along = FromOde(to.fdir1);
-  to.surface.motion1 = along.dot(contact.other_velocity);
-  to.surface.motion2 = contact.normal.cross(along).dot(contact.other_velocity);
-  to.surface.mode |= dContactFDir1 | dContactMotion1 | dContactMotion2;
-}
 
 }  // namespace
 

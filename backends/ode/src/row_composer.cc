@@ -5,6 +5,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "convert.h"
+
 namespace genphys::ode_backend {
 namespace {
 
@@ -17,12 +19,6 @@ constexpr double kBallReduction = 1000;
 constexpr double kLeastSine = 1e-6;
 // kg: nothing of the model moves that.
 constexpr double kImmovableMass = 1e30;
-
-Vector3 FromOde(const dReal* v) { return {v[0], v[1], v[2]}; }
-
-void ToOde(const Vector3& v, dReal* to) {
-  for (int i = 0; i < 3; ++i) to[i] = v[i];
-}
 
 Vector3 Perpendicular(const Vector3& axis) {
   dVector3 n, p, q;

@@ -1,0 +1,44 @@
+#pragma once
+#include <ode/ode.h>
+
+#include "contact_solver.h"
+
+namespace genphys::ode_backend {
+
+/// How deep a body may rest, m: with none at all the corners of a resting box lose touch and find it again at every
+/// step, and the force on it flickers with them.
+inline constexpr double kSurfaceLayer = 1e-6;
+/// The part of an overlap that a step takes away.
+inline constexpr double kErrorReduction = 0.2;
+/// m/s^2, of the Earth.
+inline constexpr double kGravity = 9.81;
+
+// What a contact tells ODE of the surfaces that meet there.
+
+/// m/s, of what friction has to brake: the slip or, if friction may stop it, the slip that there would be had it not
+/// done anything in the last solve either. Where a load comes through another contact, there is no slip before a solve
+/// that tells its direction.
+Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass);
+
+/// Friction against `slip`, which is `fast` (m/s) where friction does not stop it soon.
+void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to);
+
+/// The same with one axis a point, for contacts that share an axis.
+void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to);
+
+/// Turns the axes of friction to the rolling, where nothing slides.
+void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to);
+
+/// m/s, how fast the sides of an overlap are pushed apart, or those of a gap (`depth` < 0) let together.
+double PartingSpeed(double depth, const dContact& contact, double step_size);
+
+/// What is taken away of an overlap, and how fast.
+void SetDepth(const ContactConstraint& contact, double step_size, dContact& to);
+
+/// How much it gives way, in all directions, 1/kg times s: see dContactSoftCFM.
+void SetSoftness(double softness, dContact& to);
+
+/// Carries the body along with another side that moves by itself.
+void SetOtherVelocity(const ContactConstraint& contact, dContact& to);
+
+}  // namespace genphys::ode_backend
