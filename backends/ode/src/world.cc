@@ -14,7 +14,7 @@ namespace {
 // An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
 constexpr size_t kAutomaticRowsMax = 160;
 // So is one without joints that has no more rows than this, if weights in it are uneven.
-constexpr size_t kUnevenRowsMax = 60;
+constexpr size_t kUnevenRowsMax = 144;
 // The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
 // end half of the solves of a tower of very different weights.
 constexpr double kPullMax = 0.02;
