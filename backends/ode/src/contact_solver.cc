@@ -27,8 +27,6 @@ constexpr double kFirmness = 0.1;
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
 constexpr size_t kIterationsWanted = 150;
-// For that much work where the exact solver gave up on uneven weights: of 100 kg on 1 kg 500 sweeps are not enough.
-constexpr size_t kUnevenRowUpdates = 100'000;
 // Of a tower, more than that: it needs as many as the square of its height, and is to come near enough to go on from.
 constexpr size_t kIterationsPerTwoRows = 5;
 constexpr size_t kDirectContactsMax = 100;
@@ -218,7 +216,10 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   StirSeed(contact.depth);
   for (double component : contact.relative_velocity) StirSeed(component);
   if (is_held) return AddHeld(contact, PartingSpeed(contact.depth, ode_contact, step_size_));
-  if (is_direct_) SetSoftness(Softness(contact), ode_contact);
+  if (is_direct_) {
+    SetSoftness(Softness(contact), ode_contact);
+    Untie(contact_count_, ode_contact);
+  }
   const bool resists_turning = contact.rolling_friction > 0 || contact.spinning_friction > 0;
   const bool is_shared = contact.shared_axis && contact.friction > 0 && !resists_turning;
   // What rolls is braked along its rolling.
@@ -311,12 +312,9 @@ double ContactSolver::Softness(const ContactConstraint& contact) const {
   return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * InverseMass(contact);
 }
 
-uint32_t ContactSolver::Iterations(Sweeps sweeps) const {
+uint32_t ContactSolver::Iterations() const {
   if (settings_.iterations != kPresetIterations) return settings_.iterations;
-  if (sweeps == Sweeps::kFew) return kPresetIterations;
   const size_t rows = std::max<size_t>(row_count_, 1);
-  if (sweeps == Sweeps::kMany)
-    return static_cast<uint32_t>(std::max<size_t>(kPresetIterations, kUnevenRowUpdates / rows));
   const size_t wanted = std::max(kIterationsWanted, kIterationsPerTwoRows * rows / 2);
   return static_cast<uint32_t>(std::max<size_t>(kPresetIterations, std::min(kRowUpdates / rows, wanted)));
 }
@@ -328,7 +326,7 @@ uint32_t ContactSolver::Seed() const {
   return row_count_ * kPresetIterations < kRowUpdates ? kSeedOfFew : static_cast<uint32_t>(seed_);
 }
 
-void ContactSolver::Step(Sweeps sweeps) {
+void ContactSolver::Step(bool briefly) {
   dRandSetSeed(Seed());
   is_faulted_ = true;
   dWorldSetCFM(world_, torsion_softness_);
@@ -336,7 +334,7 @@ void ContactSolver::Step(Sweeps sweeps) {
   if (is_direct_) {
     done = dWorldStep(world_, step_size_);
   } else {
-    dWorldSetQuickStepNumIterations(world_, static_cast<int>(Iterations(sweeps)));
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(briefly ? kPresetIterations : Iterations()));
     done = dWorldQuickStep(world_, step_size_);
   }
   if (done == 0) throw EngineFault("ODE: not enough memory for a step");

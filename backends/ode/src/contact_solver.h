@@ -98,10 +98,9 @@ class ContactSolver {
   void AddContact(const ContactConstraint& contact);
   /// Whether few rows get more sweeps than a preset's, so that fewer may do.
   bool MayBeBrief() const { return settings_.iterations == kPresetIterations; }
-  /// The preset's, however few rows there are; more for few rows; or as many as uneven weights take.
-  enum class Sweeps { kFew, kUsual, kMany };
-  /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
-  void Step(Sweeps sweeps = Sweeps::kUsual);
+  /// Solves and moves, `briefly` with the preset's sweeps however few rows there are. An EngineFault out of here leaves
+  /// nothing to go on with.
+  void Step(bool briefly = false);
 
   Motion motion(uint32_t body) const;
   /// N*s on the `body` of the contact that was added as the `contact`th, once impulses were taken.
@@ -131,7 +130,7 @@ class ContactSolver {
   double Softness(const ContactConstraint& contact) const;
   void SetTorsion(const ContactConstraint& contact, dContact& to);
   dxBody* OtherBody(const ContactConstraint& contact);
-  uint32_t Iterations(Sweeps sweeps) const;
+  uint32_t Iterations() const;
   uint32_t Seed() const;
   void StirSeed(double value);
 

@@ -16,6 +16,10 @@ constexpr double kPushOutSpeedMax = 0.3;
 constexpr double kSlipGate = 0.02 * kGravity;
 // What slips in one step by less than friction stops in this part of it is held where it is rather than braked.
 constexpr double kHeldPart = 0.8;
+// m/s. Far more than what rounding makes of a speed, and so little that a year of it would be seen by nobody.
+constexpr double kUntied = 1e-10;
+// What its multiples have beyond whole numbers is spread evenly, however many there are (golden ratio).
+constexpr double kGolden = 0.6180339887498949;
 // rad/s^2: the same as the gate of a slip, of a direction of rolling.
 constexpr double kRollGate = 0.2;
 
@@ -99,6 +103,15 @@ void SetDepth(const ContactConstraint& contact, double step_size, dContact& to) 
 void SetSoftness(double softness, dContact& to) {
   to.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
   to.surface.soft_cfm = to.surface.slip1 = to.surface.slip2 = softness;
+}
+
+// What rests or falls together has contacts that lack nothing at all, or all the same, so that some of them come to
+// their bounds at the same time. The solver lets one go, finds that another one has no way left before it is at its
+// own, takes that for an error, and gives up.
+void Untie(size_t number, dContact& to) {
+  const double turn = kGolden * static_cast<double>(number);
+  to.surface.mode |= dContactMotionN;
+  to.surface.motionN += kUntied * (turn - std::floor(turn));
 }
 
 // A constraint's target velocity says what the velocity of a second body would have.

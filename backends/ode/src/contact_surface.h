@@ -1,6 +1,8 @@
 #pragma once
 #include <ode/ode.h>
 
+#include <cstddef>
+
 #include "contact_solver.h"
 
 namespace genphys::ode_backend {
@@ -37,6 +39,10 @@ void SetDepth(const ContactConstraint& contact, double step_size, dContact& to);
 
 /// How much it gives way, in all directions, 1/kg times s: see dContactSoftCFM.
 void SetSoftness(double softness, dContact& to);
+
+/// For the exact solver: asks it to part by a speed that is of no account, and another one for each `number`. Before
+/// SetOtherVelocity().
+void Untie(size_t number, dContact& to);
 
 /// Carries the body along with another side that moves by itself.
 void SetOtherVelocity(const ContactConstraint& contact, dContact& to);

@@ -123,7 +123,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   if (held_rows_.empty()) return;
   ChooseSolvers(state, contacts, joint_rows);
   Recognise(contacts);
-  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kCold, Way::kLong}) {
+  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kCold}) {
     SolveGroup(step_size, way, state, contacts, joint_rows);
   }
   warm_start_.End(contacts.points);
@@ -197,11 +197,10 @@ bool World::StepDirectly() {
   return Complaints() == complaints;
 }
 
-// What was to be solved exactly is not stored, and solved by iterations: by many where weights are uneven, for one step
-// of few lets what is heavy shake off what bears it.
+// What was to be solved exactly is not stored, and solved by iterations.
 void World::GiveUpDirect() {
   for (Pushes& pushes : pushes_) {
-    if (pushes.way == Way::kDirect) pushes.way = pushes.is_uneven ? Way::kLong : Way::kCold;
+    if (pushes.way == Way::kDirect) pushes.way = Way::kCold;
   }
 }
 
@@ -257,9 +256,7 @@ void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuf
   if (way == Way::kDirect) {
     if (!StepDirectly()) return GiveUpDirect();
   } else {
-    solver_->Step(way == Way::kBrief  ? ContactSolver::Sweeps::kFew
-                  : way == Way::kLong ? ContactSolver::Sweeps::kMany
-                                      : ContactSolver::Sweeps::kUsual);
+    solver_->Step(way == Way::kBrief);
   }
   solver_->TakeRowImpulses();
   StoreImpulses(contacts);

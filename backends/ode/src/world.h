@@ -67,8 +67,8 @@ class World final : public BackendWorld {
   };
 
   // All at once; by sweeps from what held it at the last solve, a few that are enough for what rests, or more; by
-  // sweeps from nothing; by as many of these as uneven weights take.
-  enum class Way { kDirect, kBrief, kWarm, kCold, kLong };
+  // sweeps from nothing.
+  enum class Way { kDirect, kBrief, kWarm, kCold };
 
   // What pushes meet in an island, and how it is solved for that.
   struct Pushes {
