@@ -95,5 +95,12 @@ TEST_P(UnevenStacks, StandAsEvenAsDrumsAre) {
   }
 }
 
+// What bears it gives way where it bears most, and it rolls there.
+TEST_P(UnevenStacks, StandStraightEnoughForASphere) {
+  for (const std::string kinds : {"ps", "pps", "pppbbs"}) {
+    EXPECT_LE(Moved(GetParam(), Stack(kinds, 1e4)), kMayMove) << kinds;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

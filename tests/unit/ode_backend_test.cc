@@ -167,8 +167,8 @@ TEST(OdeBackend, SolvesAPileIterativelyThatIsTooLargeForTheDirectSolver) {
 }
 
 TEST(OdeBackend, SolvesBodiesIterativelyThatAreTooUnequalForTheDirectSolver) {
-  // On either side of the spread of a million that the direct solver is given.
-  for (const auto& [mass, is_direct] : {std::pair(1e-2, true), std::pair(1e-6, false)}) {
+  // On either side of the spread of 1e9 that the direct solver is given.
+  for (const auto& [mass, is_direct] : {std::pair(1e-6, true), std::pair(1e-10, false)}) {
     Bench direct(With(Solver::kDirect));
     Bench iterative(With(Solver::kIterative));
     for (Bench* bench : {&direct, &iterative}) {

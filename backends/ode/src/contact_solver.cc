@@ -21,8 +21,6 @@ constexpr uint32_t kSeedOfFew = 1;
 // Softness of a contact, of the inverse of the masses that it moves: the exact solver divides by what redundant
 // contacts leave over. The iterative one needs none, and softness lets a heavy body creep down a slope.
 constexpr double kDirectSoftness = 1e-4;
-// Part of that for firm contacts: with all of it 10 t on a cube of 1 kg press it in by 1.7 mm at the preset's steps.
-constexpr double kFirmness = 0.1;
 // Few rows get more iterations than a preset's, for this much work in all: a small stack that is solved to fewer digits
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
@@ -33,8 +31,10 @@ constexpr size_t kDirectContactsMax = 100;
 // The time it takes grows with the cube of the rows.
 constexpr size_t kDirectRowsMax = 300;
 // The exact solver eliminates one contact after the other. Where a feather meets a mountain too little is left of the
-// sixteen digits of a number, and it fails; the iterative one only comes nearer the solution more slowly.
-constexpr double kDirectSpreadMax = 1e6;
+// sixteen digits of a number, and it fails; the iterative one only comes nearer the solution more slowly. Contacts
+// alone bear more than joints do, which are not soft.
+constexpr double kDirectSpreadMax = 1e9;
+constexpr double kDirectSpreadMaxJointed = 1e6;
 // m: ODE counts the rows of all axes about which a contact resists, also of those where it does so by nothing, but then
 // leaves them empty, and divides by what is in them.
 constexpr double kLeastArm = 1e-30;
@@ -172,7 +172,8 @@ void ContactSolver::SetBody(uint32_t body, const MassProperties& mass, const Mot
 }
 
 bool ContactSolver::MayBeDirect(size_t contacts, size_t rows, double spread) {
-  return contacts <= kDirectContactsMax && rows <= kDirectRowsMax && spread <= kDirectSpreadMax;
+  const double spread_max = rows > 0 ? kDirectSpreadMaxJointed : kDirectSpreadMax;
+  return contacts <= kDirectContactsMax && rows <= kDirectRowsMax && spread <= spread_max;
 }
 
 bool ContactSolver::MayShareFriction(size_t contacts) { return 3 * contacts * kPresetIterations >= kRowUpdates; }
@@ -309,7 +310,7 @@ double ContactSolver::InverseMass(const ContactConstraint& contact) const {
 }
 
 double ContactSolver::Softness(const ContactConstraint& contact) const {
-  return (contact.is_firm ? kFirmness : 1) * kDirectSoftness * step_size_ * InverseMass(contact);
+  return contact.softness * kDirectSoftness * step_size_ * InverseMass(contact);
 }
 
 uint32_t ContactSolver::Iterations() const {

@@ -52,7 +52,7 @@ struct ContactConstraint {
   double spinning_friction = 0;             // m
   Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s
   Vector3 other_spin = Vector3::Zero();     // of an immovable other side, rad/s
-  bool is_firm = false;                     // gives way ten times less than others, where all are solved at once
+  double softness = 1;                      // how much it gives way where all are solved at once, of what others do
   // N*s on `body` from which the solve starts, if not zero. It then holds the sides together, in all directions and
   // however hard: it is for the caller to see whether contact and friction can do that.
   Vector3 given = Vector3::Zero();

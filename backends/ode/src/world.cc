@@ -15,6 +15,10 @@ namespace {
 constexpr size_t kAutomaticRowsMax = 160;
 // So is one without joints that has no more rows than this, if weights in it are uneven.
 constexpr size_t kUnevenRowsMax = 144;
+// What is uneven gives way less, by as much as it is more uneven, so that what is heavy sinks in no deeper than
+// something light would, and stands as straight. Less than the least leaves the exact solver too few of the digits of a
+// number.
+constexpr double kLeastSoftness = 1e-5;
 // The part of the load of a pair with which a point of it may pull: what sweeps have left over, where none at all would
 // end half of the solves of a tower of very different weights.
 constexpr double kPullMax = 0.02;
@@ -164,6 +168,7 @@ void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contact
     const Islands::Island& island = islands_.islands()[i];
     const double spread = pushes_[i].spread.Value();
     pushes_[i].is_uneven = island.joint_rows == 0 && spread >= PushSpread::kUneven;
+    if (pushes_[i].is_uneven) pushes_[i].softness = std::max(kLeastSoftness, 1 / spread);
     const bool is_easy = solver_->solver() == Solver::kAutomatic && island.joint_rows == 0 && !pushes_[i].is_uneven;
     const bool is_direct =
         IsDirectWanted(island) && !is_easy && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
@@ -397,7 +402,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint
                        .spinning_friction = pair.material.spinning_friction,
                        .relative_spin = pushed.angular_velocity - other.angular_velocity,
                        .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
-                       .is_firm = pushes_[island].is_uneven,
+                       .softness = pushes_[island].softness,
                        .given = given});
   solved_.push_back({index, island, sign});
 }

@@ -75,6 +75,7 @@ class World final : public BackendWorld {
     PushSpread spread;
     Way way = Way::kCold;
     bool is_uneven = false;    // pushes meet very different weights
+    double softness = 1;       // see ContactConstraint
     bool is_all_given = true;  // to each of its points
     double speed_before = 0;   // m/s, of its contacts at most
   };
