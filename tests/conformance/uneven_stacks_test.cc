@@ -102,5 +102,12 @@ TEST_P(UnevenStacks, StandStraightEnoughForASphere) {
   }
 }
 
+// Many points of theirs come to their bounds one after the other, in a solve that starts from nothing.
+TEST_P(UnevenStacks, StandWithManyPointsUnderTenThousandTimesTheirWeight) {
+  for (const std::string kinds : {"ppppb", "pbpbdd", "dpdbdc"}) {
+    EXPECT_LE(Moved(GetParam(), Stack(kinds, 1e4)), kMayMove) << kinds;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

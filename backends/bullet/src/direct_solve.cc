@@ -94,20 +94,26 @@ void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
       const auto [lower, upper] = bounds_of(i);
       if (impulses[i] > lower && impulses[i] < upper) inside.push_back(i);
     }
-    if (inside.empty()) continue;
-    const Eigen::VectorXd lacking = wanted - matrix * impulses;
-    const Eigen::MatrixXd among = matrix(inside, inside);
-    const Eigen::VectorXd change = among.ldlt().solve(lacking(inside).eval());
-    if (!change.allFinite()) return;
-    // As far as the first of them comes to its bound.
-    double part = 1;
-    for (size_t i = 0; i < inside.size(); ++i) {
-      const auto [lower, upper] = bounds_of(inside[i]);
-      const double by = change[static_cast<Eigen::Index>(i)];
-      const double room = by > 0 ? upper - impulses[inside[i]] : lower - impulses[inside[i]];
-      if (by != 0 && room / by < part) part = room / by;
+    // As far as the first of them comes to its bound, and on without that one.
+    while (!inside.empty()) {
+      const Eigen::VectorXd lacking = wanted - matrix * impulses;
+      const Eigen::MatrixXd among = matrix(inside, inside);
+      const Eigen::VectorXd change = among.ldlt().solve(lacking(inside).eval());
+      if (!change.allFinite()) return;
+      double part = 1;
+      size_t first = inside.size();
+      for (size_t i = 0; i < inside.size(); ++i) {
+        const auto [lower, upper] = bounds_of(inside[i]);
+        const double by = change[static_cast<Eigen::Index>(i)];
+        const double room = by > 0 ? upper - impulses[inside[i]] : lower - impulses[inside[i]];
+        if (by == 0 || room / by >= part) continue;
+        part = std::max(room / by, 0.0);
+        first = i;
+      }
+      impulses(inside) += part * change;
+      if (first == inside.size()) break;
+      inside.erase(inside.begin() + static_cast<std::ptrdiff_t>(first));
     }
-    impulses(inside) += part * change;
   }
 }
 
