@@ -117,7 +117,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
     if (!is_changed(pair)) continue;
     if (const std::optional<Candidate> candidate = Judge(contacts, pair)) {
       candidates_.push_back(*candidate);
-    } else if (parting_.size() <= kRefinedMax && MayBeMissed(contacts, pair)) {
+    } else if (candidates_.size() + parting_.size() <= kRefinedMax && MayBeMissed(contacts, pair)) {
       parting_.push_back(pair);
     }
   }
@@ -153,10 +153,12 @@ std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, Ge
 // The impact of this pair, if its points say that there was one.
 std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, const ContactPair& pair) const {
   if (pair.is_sensor) return std::nullopt;
-  // What rests closes with nothing, and that is most of a pile.
+  // What rests or jostles closes with nothing so fast, and that is most of a pile.
   const std::span<const ContactPoint> points = PointsOf(contacts, pair);
-  const auto closes = [](const ContactPoint& point) {
-    return point.depth >= kDepthMin && -point.relative_velocity.dot(point.normal) > kImpactSpeedMin;
+  const auto closes = [&](const ContactPoint& point) {
+    const double closing = -point.relative_velocity.dot(point.normal);
+    return point.depth >= kDepthMin && closing > kImpactSpeedMin &&
+           closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal);
   };
   if (std::none_of(points.begin(), points.end(), closes)) return std::nullopt;
   const bool is_free = speed_.IsFree(pair);
@@ -167,9 +169,8 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   std::optional<Candidate> found;
   std::optional<bool> were_apart;  // as far as somebody looked
   for (const ContactPoint& point : points) {
-    if (point.depth < kDepthMin) continue;
+    if (!closes(point) || OnlySlidesOnto(pair, point)) continue;
     const double closing = -point.relative_velocity.dot(point.normal);
-    if (!(closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal)) || OnlySlidesOnto(pair, point)) continue;
     bool is_fresh = goes_back && point.depth > 0;
     if (is_fresh && point.depth > kFreshDepth * closing * since) {
       if (!were_apart) were_apart = WereApart(pair, since, point.relative_velocity.norm());

@@ -291,7 +291,7 @@ void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>
   // Of the mass centre: the frame may be anywhere else, and goes round it.
   const auto ends = [&](const FlownWay& way) {
     const Vector3& center = world_.scene_.entities[Index(way.row)]->mass.center_of_mass;
-    return std::pair(way.start.Transform(center), state_.pose(way.row).Transform(center));
+    return std::pair(center.isZero(0) ? way.start.position : way.start.Transform(center), CenterOf(way.row));
   };
   const auto around = [&](const FlownWay& way) {
     const auto [start, end] = ends(way);
@@ -348,7 +348,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
     if (!rows.empty()) {
       world_.engine_->WriteState(rows, state_);
       const size_t strays = faulted_.size();
-      RetireStrays();
+      RetireStrays(&changed);
       for (const EntityRow row : rows) Place(row);
       GroundMet(elapsed);
       is_all_new = CollideAndWake(faulted_.size() == strays ? &rows : nullptr);

@@ -79,7 +79,8 @@ class StepRun {
   bool IsMoved(EntityRow row) const { return world_.active_[Index(row)] && IsDynamic(row); }
   bool Fits(EntityRow row) const;
   void Retire(std::span<const EntityRow> strays);
-  void RetireStrays();
+  // Of those whose marks are set, if there are marks.
+  void RetireStrays(const RowMarks* changed = nullptr);
   void Mark(std::string_view stage);
 
   // Who is woken (step_wake.cc).

@@ -354,11 +354,11 @@ bool StepRun::Fits(EntityRow entity) const {
          within(state_.angular_velocities.col(row), Limits::kSpinMax);
 }
 
-void StepRun::RetireStrays() {
+void StepRun::RetireStrays(const RowMarks* changed) {
   std::vector<EntityRow> strays;
   for (const std::vector<EntityRow>* rows : {&rows_, &kinematic_rows_}) {
     for (EntityRow entity : *rows) {
-      if (Fits(entity)) continue;
+      if ((changed != nullptr && !(*changed)[entity]) || Fits(entity)) continue;
       const uint32_t row = Index(entity);
       const bool finite = state_.positions.col(row).allFinite() && state_.orientations.col(row).allFinite() &&
                           state_.linear_velocities.col(row).allFinite() &&
