@@ -5,6 +5,7 @@
 
 #include "conformance/engine_test.h"
 #include "support/random.h"
+#include "support/smooth.h"
 
 namespace genphys::testing {
 namespace {
@@ -98,6 +99,61 @@ TEST_P(ImpactsOfStacked, ThrowBackSeveralAtOnce) {
   Steps(*world, static_cast<int>(std::sqrt(2 * kFall / kGravity) * 60) + 2);
   for (const EntityId ball : balls) {
     EXPECT_NEAR(RiseOf(*world, ball, kCount), kRestitution * kRestitution * kFall, 2e-3);
+  }
+}
+
+TEST_P(ImpactsOfStacked, StayInPlaceUnderWhatComesToRestOnThem) {
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const double step = seed % 2 == 0 ? 1.0 / 60 : 1.0 / 240, fall = random.Uniform(0.3, 3);
+    const int count = 2 + static_cast<int>(seed % 5);
+    const auto world = FloorOf(GetParam(), step, seed % 3 != 0);
+    std::vector<EntityId> crates;
+    for (int i = 0; i < count; ++i)
+      crates.push_back(Add(*world, Crate({0, 0, 0.5 + i}, 0.5, random.LogUniform(0.5, 2))));
+    Steps(*world, 20);
+    const double mass = random.LogUniform(0.1, 10), top = PositionOf(*world, crates.back()).z() + 0.5;
+    const Vector3 from(random.Uniform(-0.2, 0.2), random.Uniform(-0.2, 0.2), top + kRadius + fall);
+    const EntityId ball = Add(*world, Ball(from, kRadius, mass));
+    Steps(*world, static_cast<int>(std::sqrt(2 * fall / kGravity) / step) + 1);
+    for (int i = 0; i < 3; ++i) {
+      // Half of a substep of their weight may show, and what that takes them in a step.
+      const double fallen = kGravity * step / 4;
+      double fastest = 0;
+      for (const EntityId crate : crates) fastest = std::max(fastest, VelocityOf(*world, crate).norm());
+      EXPECT_LT(fastest, fallen + 1e-3 * mass) << mass << " kg";
+      EXPECT_NEAR(PositionOf(*world, ball).z(), top + kRadius, fallen * step);
+      Steps(*world, 1);
+    }
+  }
+}
+
+// The floor and what lies on it are smooth, so that nothing from outside acts along them.
+TEST_P(ImpactsOfStacked, AreMovedAlongByWhatSlidesOntoThem) {
+  constexpr int kCount = 3;
+  constexpr double kFall = 1, kAside = 3, kMass = 2, kFriction = 0.2;
+  const auto rough = [&](EntityDesc body) {
+    body.rigid_body->geometries[0].material.friction = kFriction;
+    body.rigid_body->geometries[0].material.friction_mixing = Mixing::kMinimum;
+    return body;
+  };
+  for (const double step : {1.0 / 60, 1.0 / 240}) {
+    const auto world = FloorOf(GetParam(), step, false);
+    std::vector<EntityId> crates{Add(*world, Smooth(Crate({0, 0, 0.5}), 0))};
+    for (int i = 1; i < kCount; ++i) crates.push_back(Add(*world, rough(Crate({0, 0, 0.5 + i}))));
+    Steps(*world, 20);
+    const double down = std::sqrt(2 * kFall / kGravity);
+    EntityDesc box = Body(Box{{0.2, 0.2, 0.2}}, {-kAside * down, 0, kCount + 0.2 + kFall}, kMass);
+    box.rigid_body->linear_velocity.x() = kAside;
+    const EntityId sliding = Add(*world, rough(box));
+    Steps(*world, static_cast<int>(down / step) + 1);
+    Vector3 momentum = kMass * VelocityOf(*world, sliding);
+    for (const EntityId crate : crates) momentum += VelocityOf(*world, crate);
+    // It still slides, slowed down by what pressed it onto them, and by what has pulled it since.
+    EXPECT_LE(VelocityOf(*world, sliding).x(), kAside - kFriction * (1 - 1e-6) * kGravity * down);
+    EXPECT_GT(VelocityOf(*world, sliding).x(), kAside / 2);
+    EXPECT_NEAR(momentum.x(), kMass * kAside, 1e-9);
   }
 }
 

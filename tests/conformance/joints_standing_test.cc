@@ -151,7 +151,7 @@ TEST_P(JointsStanding, BearWithTheFloorWhatHitsBodiesThatLieOnThem) {
   for (uint64_t seed = 1; seed <= 96; ++seed) {
     SCOPED_TRACE(seed);
     Random random(seed);
-    const double restitution = random.Uniform(0.3, 0.9), fall = random.Uniform(0.5, 1.5);
+    const double restitution = seed % 3 == 0 ? 0 : random.Uniform(0.3, 0.9), fall = random.Uniform(0.5, 1.5);
     const auto world = FloorOf(GetParam(), seed % 2 == 0);
     std::vector<EntityId> bodies;
     const double ground = AddBearer(*world, random, Bearer::kTable, restitution, bodies);
@@ -168,7 +168,7 @@ TEST_P(JointsStanding, BearWithTheFloorWhatHitsBodiesThatLieOnThem) {
     double fastest = 0;
     for (const EntityId body : bodies) fastest = std::max(fastest, VelocityOf(*world, body).norm());
     EXPECT_LT(fastest, fallen + 1e-3 + 5e-4 * mass) << mass << " kg";
-    const double since = steps * kStep - down;
+    const double since = restitution > 0 ? steps * kStep - down : 0;
     EXPECT_NEAR(PositionOf(*world, ball).z(), from.z() - fall + up * since - kGravity * since * since / 2, 1e-3);
   }
 }

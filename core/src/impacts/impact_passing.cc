@@ -71,16 +71,34 @@ std::span<const uint32_t> Impacts::BearingsOf(EntityRow row) const {
   return {found.begin(), found.end()};
 }
 
-// Whether it lies among others and throws back what flies onto it. What only comes to rest on it is left to the next
-// solve, and what jostles in a pile as well.
-bool Impacts::IsPassedOn(const Candidate& candidate, EntityRow row) const {
+// Whether the other one comes down on it, as on what bears it.
+bool Impacts::IsHitFromAbove(const ContactBuffer& contacts, const ContactPair& hit, EntityRow row) const {
+  const bool is_a = row == hit.entity_a;
+  if (hit.point_count > 0) {
+    const auto [is_borne_a, is_borne_b] = BorneIn(contacts, hit, false);
+    return is_a ? is_borne_b : is_borne_a;
+  }
+  const auto center = [&](EntityRow of) {
+    return world_.state.pose(of).Transform(world_.scene.entities[Index(of)]->mass.center_of_mass);
+  };
+  const Vector3 up = center(is_a ? hit.entity_b : hit.entity_a) - center(row);
+  return up.dot(std::as_const(world_.accelerations)[row]) < 0;
+}
+
+// Whether it lies among others and is pushed against them, and one of the two would go at the speed of an impact: what
+// flies is thrown back, and what is hit goes into what bears it. All that is slower comes to rest in the next solve.
+bool Impacts::IsPassedOn(const ContactBuffer& contacts, const Candidate& candidate, EntityRow row) const {
   if (IsTied(row)) return false;  // all that joints hold together with it passes on what hits it
   const ContactPair& pair = candidate.pair;
   const EntityRow other = row == pair.entity_a ? pair.entity_b : pair.entity_a;
   const auto stance = [&](EntityRow of) { return std::as_const(world_.stances)[of]; };
   if (!(stance(row) & kAmongOthers) || stance(other) != 0 || !IsMovable(other)) return false;
+  const auto mass = [&](EntityRow of) { return world_.scene.entities[Index(of)]->mass.mass; };
+  const double part = IsTied(other) ? 1 : mass(other) / (mass(other) + mass(row));
+  const double restitution = pair.material.restitution;
+  const double fastest = std::max(restitution, (1 + restitution) * part) * candidate.closing;
   const Vector3& pull = std::as_const(world_.accelerations)[row];
-  return pair.material.restitution * candidate.closing > speed_.Of(pair.entity_a, pair.entity_b, pull.normalized());
+  return fastest > speed_.Of(pair.entity_a, pair.entity_b, pull.normalized()) && IsHitFromAbove(contacts, pair, row);
 }
 
 // Those that bear `row`, and itself, and all that joints hold together with any of them. What is hit takes part anyway.
@@ -123,7 +141,7 @@ void Impacts::AddBearers(const ContactBuffer& contacts) {
   };
   for (Candidate& candidate : candidates_) {
     for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
-      if (!IsPassedOn(candidate, row)) continue;
+      if (!IsPassedOn(contacts, candidate, row)) continue;
       descend(descents.emplace_back(Descent{.candidate = &candidate, .hit = row}), row);
     }
   }
@@ -166,15 +184,8 @@ void Impacts::AddBearers(const ContactBuffer& contacts) {
 
 void Impacts::AddBearers(const Descent& descent) {
   if (descent.candidate != nullptr) {
-    ContactPair& hit = descent.candidate->pair;
-    const bool is_a = descent.hit == hit.entity_a;
-    const EntityRow other = is_a ? hit.entity_b : hit.entity_a;
-    const auto center = [&](EntityRow row) {
-      return world_.state.pose(row).Transform(world_.scene.entities[Index(row)]->mass.center_of_mass);
-    };
-    const Vector3 up = center(other) - center(descent.hit);
-    const bool is_above = up.dot(std::as_const(world_.accelerations)[descent.hit]) < 0;
-    if (is_above) descent.candidate->borne = is_a ? Borne::kB : Borne::kA;
+    const bool is_a = descent.hit == descent.candidate->pair.entity_a;
+    descent.candidate->borne = is_a ? Borne::kB : Borne::kA;
   }
   for (const size_t group : descent.groups) TieAll(groups_[group]);
   for (size_t k = descent.passed.size(); k-- > 0;) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 namespace genphys {
 namespace {
@@ -334,6 +335,7 @@ std::vector<StruckBody> Impacts::RestOfStep() {
   PushOn(ends);
   std::vector<Blow> supports;
   supports.reserve(blows_.size());
+  std::vector<uint32_t> staying;  // of whom the bodies after all those in `ends` are
   for (size_t i = 0; i < blows_.size(); ++i) {
     const ContactPair& pair = blow_pairs_[i]->pair;
     const double leaving = RelativeVelocity(blows_[i], bodies_).dot(blows_[i].normal);
@@ -345,15 +347,18 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     support.rubbing.setZero();
     uint32_t& bearer = support.borne == Borne::kA ? support.body_b : support.body_a;
     // Who stays where it is has borne what pulls at the other one until the end.
-    if (blow_pairs_[i]->is_passed_down && struck_[bearer].time == 0) {
+    if (support.borne != Borne::kUnknown && struck_[bearer].time == 0) {
       ends.push_back(ends[bearer].Still());
-      bearer = static_cast<uint32_t>(ends.size() - 1);
+      staying.push_back(std::exchange(bearer, static_cast<uint32_t>(ends.size() - 1)));
     }
     supports.push_back(support);
   }
   SolveBlows(supports, ends, ties_);
   for (const Blow& support : supports) {
-    if (std::max(support.body_a, support.body_b) >= struck_.size()) continue;
+    if (const uint32_t last = std::max(support.body_a, support.body_b); last >= struck_.size()) {
+      PushAside(support, staying[last - struck_.size()], ends);
+      continue;
+    }
     Struck &a = struck_[support.body_a], &b = struck_[support.body_b];
     if (!a.motion.is_movable() || !b.motion.is_movable()) continue;
     const Vector3 impulse = support.impulse * support.normal + support.rubbing;
@@ -361,6 +366,25 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     b.by_others += bodies_[support.body_b].inverse_mass * impulse;
   }
   return ends;
+}
+
+// Who stays where it is bears what pulls, with all below: the rest of what lies on it moves it, across that, and no
+// faster than to go along with it.
+void Impacts::PushAside(const Blow& support, uint32_t bearer, std::vector<StruckBody>& ends) const {
+  const bool is_a = support.borne == Borne::kA;
+  const uint32_t borne = is_a ? support.body_a : support.body_b;
+  const EntityRow row = struck_[bearer].row;
+  if (!IsMovable(row) || IsTied(row) || IsTied(struck_[borne].row)) return;
+  const Vector3& pull = world_.accelerations[row];
+  const Vector3 down = pull.normalized(), impulse = support.impulse * support.normal + support.rubbing;
+  const auto along = [&](const Vector3& all) { return Vector3(all - all.dot(down) * down); };
+  const Vector3 slip = bodies_[borne].VelocityAt(support.position) - bodies_[bearer].VelocityAt(support.position);
+  StruckBody& body = ends[bearer];
+  Vector3 push = (is_a ? 1 : -1) * along(impulse);
+  const double gained = body.inverse_mass * push.norm(), most = along(slip).norm() + step_size_ * pull.norm();
+  if (gained > most) push *= most / gained;
+  body.linear_velocity += body.inverse_mass * body.freedom.cwiseProduct(push);
+  body.angular_velocity += body.inverse_tensor * (support.position - body.center).cross(push).dot(down) * down;
 }
 
 void Impacts::Record() {

@@ -60,7 +60,7 @@ struct SweptPair {
 /// laws of Newton and Coulomb, and run forward again. What stands on the ground goes back along its way, too, and the
 /// ground takes part in the blow. What lies among others that move goes back when it meets something new that is held
 /// as well, as if it were held all the time; of that on which something lands the velocities alone change, and of those
-/// that bear it, down to the ground, to which it passes a blow on that throws back who lands. Joints pass a blow on to
+/// that bear it, down to the ground, to which it passes the blow on. Joints pass a blow on to
 /// all that they hold, and what bears any of these takes part, down to the ground as well; all that they hold go back
 /// together and forward again as joints let them.
 class Impacts {
@@ -191,6 +191,7 @@ class Impacts {
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   void Separate();
   std::vector<StruckBody> RestOfStep();
+  void PushAside(const Blow& support, uint32_t bearer, std::vector<StruckBody>& ends) const;
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
   Vector3 PullOn(EntityRow row) const;
@@ -228,7 +229,8 @@ class Impacts {
   std::pair<bool, bool> BorneIn(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) const;
   void NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed);
   std::span<const uint32_t> BearingsOf(EntityRow row) const;
-  bool IsPassedOn(const Candidate& candidate, EntityRow row) const;
+  bool IsHitFromAbove(const ContactBuffer& contacts, const ContactPair& hit, EntityRow row) const;
+  bool IsPassedOn(const ContactBuffer& contacts, const Candidate& candidate, EntityRow row) const;
   bool FollowDown(EntityRow row, int number, Descent& descent);
   void AddBearers(const ContactBuffer& contacts);
   void AddBearers(const Descent& descent);
