@@ -40,20 +40,17 @@ Line LineThrough(const std::vector<double>& x, const std::vector<double>& y) {
   return {xy / xx, xy * xy / (xx * yy)};
 }
 
-// `awake` copies of the island that never sleep in one row, `idle` that do in others.
-std::vector<EntityDesc> Copies(const std::vector<EntityDesc>& island, size_t awake, size_t idle) {
+// `count` copies of the island in rows of 20 from the `first_row` on.
+std::vector<EntityDesc> Copies(const std::vector<EntityDesc>& island, size_t count, size_t first_row, bool may_sleep) {
   constexpr double kSpacing = 16;  // m: a pile of ODE spreads over some
   constexpr size_t kRow = 20;
   std::vector<EntityDesc> bodies;
-  for (size_t i = 0; i < awake + idle; ++i) {
-    const bool is_idle = i >= awake;
-    const size_t place = is_idle ? i - awake : i;
+  for (size_t i = 0; i < count; ++i) {
     const Vector3 shift =
-        is_idle ? kSpacing * Vector3(static_cast<double>(place % kRow), 1 + static_cast<double>(place / kRow), 0)
-                : kSpacing * Vector3(static_cast<double>(place), 0, 0);
+        kSpacing * Vector3(static_cast<double>(i % kRow), static_cast<double>(first_row + i / kRow), 0);
     for (EntityDesc body : island) {
       body.pose.position += shift;
-      body.rigid_body->auto_disable.enabled = is_idle;
+      body.rigid_body->auto_disable.enabled = may_sleep;
       bodies.push_back(body);
     }
   }
@@ -97,11 +94,15 @@ class Archipelago {
     const std::string series = idle == 0 ? "alone" : "among " + WithCommas(idle) + " idle";
     const std::string name = WithCommas(awake) + " awake, " + series;
     std::fprintf(stderr, "%s islands: %s\n", bench_.engine.c_str(), name.c_str());
+    constexpr size_t kRowsAwake = 2;
     LocalWorld& local = *locals_.emplace_back(std::make_unique<LocalWorld>(
-        bench_.registry, WorldDesc{.engine = bench_.engine}, Copies(island_, awake, idle)));
+        bench_.registry, WorldDesc{.engine = bench_.engine}, Copies(island_, idle, kRowsAwake, true)));
     idle_.push_back(idle * island_.size());
-    for (int i = 0; i < kStepsBefore; ++i) local.Step();
+    // Before the others come, which then settle as they do where they are alone.
     local.AwaitSleep(idle_.back());
+    for (const EntityDesc& body : Copies(island_, awake, 0, false)) local.Add(body);
+    for (int i = 0; i < kStepsBefore; ++i) local.Step();
+    local.world().TakeEvents();
     parties_.push_back({.series = series,
                         .name = name,
                         .size = static_cast<double>(awake),
