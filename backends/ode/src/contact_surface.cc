@@ -16,7 +16,7 @@ constexpr double kPushOutSpeedMax = 0.3;
 constexpr double kSlipGate = 0.02 * kGravity;
 // What slips in one step by less than friction stops in this part of it is held where it is rather than braked.
 constexpr double kHeldPart = 0.8;
-// m/s. Far more than what rounding makes of a speed, and so little that a year of it would be seen by nobody.
+// m/s. Far more than what rounding makes of a speed; in a step of 1/60 s it is a way of 2e-12 m.
 constexpr double kUntied = 1e-10;
 // What its multiples have beyond whole numbers is spread evenly, however many there are (golden ratio).
 constexpr double kGolden = 0.6180339887498949;
@@ -55,8 +55,8 @@ void SetFriction(const ContactConstraint& contact, const Vector3& slip, double f
   }
 }
 
-// One axis a point is a third less to sweep. Points of what slips, or is about to, all brake it
-// along its slip. Of what rests they hold along two axes in turns, each for its neighbour too.
+// One axis a point is a third less to sweep. Points of what slips, or is about to, all brake it along its slip. Of what
+// rests they hold along two axes in turns, each for its neighbour too.
 void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to) {
   to.surface.mode |= dContactFDir1 | dContactAxisDep;
   to.surface.mu = contact.friction;
