@@ -10,6 +10,10 @@
 namespace genphys {
 namespace {
 
+// Where more impacts than this hang together, each is timed by its depth alone: each look at a pair costs as much as a
+// contact, and a pile has hundreds.
+constexpr size_t kRefinedMax = 8;
+
 constexpr int kLooksMax = 14;
 // How deep (m, and of the way of a substep) an impact in time may be.
 constexpr double kTimedDepth = 2e-7;
@@ -33,16 +37,48 @@ double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
 }  // namespace
 
-bool Impacts::MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const {
-  const auto overlaps = [](const ContactPoint& point) { return point.depth > kFlatGap; };
-  if (!rewinds_ || pair.is_sensor || std::ranges::none_of(PointsOf(contacts, pair), overlaps)) return false;
-  return speed_.IsFree(pair) || IsNewAmongHeld(pair);
+// Who hangs together with whom.
+void Impacts::FindCrowds(const ContactBuffer& contacts) {
+  const auto join = [&](const ContactPair& pair) {
+    if (!pair.is_sensor && IsMovable(pair.entity_a) && IsMovable(pair.entity_b))
+      crowds_.Join(pair.entity_a, pair.entity_b);
+  };
+  for (const ContactPair& pair : contacts.pairs) join(pair);
+  for (const Candidate& candidate : candidates_) join(candidate.pair);
+  CountCrowds();
+}
+
+// In how many impacts they are, unless those are few in all.
+void Impacts::CountCrowds() {
+  if (crowds_.empty()) return;
+  crowds_.StartCount();
+  for (const Candidate& candidate : candidates_) crowds_.Count(MovableOf(candidate.pair));
+}
+
+bool Impacts::IsCrowded(const ContactPair& pair) { return crowds_.Of(MovableOf(pair)) > kRefinedMax; }
+
+EntityRow Impacts::MovableOf(const ContactPair& pair) const {
+  return IsMovable(pair.entity_a) ? pair.entity_a : pair.entity_b;
+}
+
+bool Impacts::Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const {
+  return rewinds_ && !pair.is_sensor && std::ranges::any_of(PointsOf(contacts, pair), [](const ContactPoint& point) {
+           return point.depth > kFlatGap;
+         });
 }
 
 // What turns fast may have met something, and part again by the end of the substep.
 void Impacts::FindMissed(const ContactBuffer& contacts) {
+  if (candidates_.size() > kRefinedMax) FindCrowds(contacts);
+  std::erase_if(parting_, [&](const ContactPair& pair) {
+    return IsCrowded(pair) || !(speed_.IsFree(pair) || IsNewAmongHeld(pair));
+  });
+  if (crowds_.empty() && candidates_.size() + parting_.size() > kRefinedMax) FindCrowds(contacts);
+  if (!crowds_.empty()) {
+    for (const ContactPair& pair : parting_) crowds_.Count(MovableOf(pair));
+  }
   for (const ContactPair& pair : parting_) {
-    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    if (IsCrowded(pair) || CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
     const double since = FreeSince(pair);
     double depth = 0, speed = 0;
     for (const ContactPoint& point : PointsOf(contacts, pair)) {

@@ -48,6 +48,7 @@ struct ImpactWorld {
   RowValues<int>& group_of;      // -1: none
   RowValues<int>& struck_index;  // -1: none
   RowValues<int>& swept_index;   // the same, of sweeps
+  RowValues<int>& crowd_number;  // -1: none
   RowValues<double>& earliest;
   RowValues<double>& free_since;  // s before the end
   RowValues<uint8_t>& stances;    // of who is pressed against something

@@ -11,18 +11,11 @@
 namespace genphys {
 namespace {
 
-// m/s on top of what acceleration alone brings up in a substep.
-constexpr double kImpactSpeedMin = 1e-3;
-// Of what that is in a substep: a hop from there to and fro takes twice as long as this part of it, and all hops after
-// it together are left out.
-constexpr double kShortestHop = 0.25;
 // m: as deep as this two bodies are in touch, for rounding leaves gaps between what was put together.
 constexpr double kDepthMin = -1e-9;
 // Deeper than so many times what the closing speed covers is an impact of this substep only if they are seen apart in
 // it.
 constexpr double kFreshDepth = 1.5;
-// More impacts at once than this are timed by their depth alone: each look at a pair costs as much as a contact.
-constexpr size_t kRefinedMax = 8;
 // Where most pairs meet: memory for so many is asked for at once.
 constexpr size_t kMostPoints = 4;
 
@@ -33,34 +26,8 @@ double FrictionAt(const MixedMaterial& material, double speed) {
 
 }  // namespace
 
-bool ImpactSpeed::IsInFlight(EntityRow row) const {
-  return !world_.active[Index(row)] || world_.layer.half_steps[Index(row)].in_flight;
-}
-
-double ImpactSpeed::Of(EntityRow a, EntityRow b, const Vector3& normal) const {
-  const double pull_a = world_.accelerations[a].dot(normal), pull_b = world_.accelerations[b].dot(normal);
-  if (IsInFlight(a) && IsInFlight(b)) return kImpactSpeedMin + kShortestHop * std::abs(pull_b - pull_a) * step_size_;
-  return kImpactSpeedMin + 2 * std::max(std::abs(pull_a), std::abs(pull_b)) * step_size_;
-}
-
-bool ImpactSpeed::IsMovable(EntityRow row, GeometryRow geometry) const {
-  return world_.active[Index(row)] && world_.rule.info(geometry).is_dynamic;
-}
-
-bool ImpactSpeed::IsFree(const ContactPair& pair) const {
-  const auto flew = [&](EntityRow row, GeometryRow geometry) { return IsMovable(row, geometry) && world_.flew[row]; };
-  return IsStillFree(pair) || flew(pair.entity_a, pair.geometry_a) || flew(pair.entity_b, pair.geometry_b);
-}
-
-bool ImpactSpeed::IsStillFree(const ContactPair& pair) const {
-  const auto flies = [&](EntityRow row, GeometryRow geometry) {
-    return IsMovable(row, geometry) && world_.layer.half_steps[Index(row)].in_flight;
-  };
-  return flies(pair.entity_a, pair.geometry_a) || flies(pair.entity_b, pair.geometry_b);
-}
-
 Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
-    : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size) {}
+    : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size), crowds_(world.crowd_number) {}
 
 bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
                     std::span<const FlownWay> flown) {
@@ -112,13 +79,14 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
   // Those that waited for others have their turn as they were.
   std::swap(candidates_, waiting_);
   waiting_.clear();
+  crowds_.Clear();
   std::erase_if(candidates_, [&](const Candidate& candidate) { return is_changed(candidate.pair); });
   parting_.clear();
   for (const ContactPair& pair : contacts.pairs) {
     if (!is_changed(pair)) continue;
     if (const std::optional<Candidate> candidate = Judge(contacts, pair)) {
       candidates_.push_back(*candidate);
-    } else if (candidates_.size() + parting_.size() <= kRefinedMax && MayBeMissed(contacts, pair)) {
+    } else if (Overlaps(contacts, pair)) {
       parting_.push_back(pair);
     }
   }
@@ -142,7 +110,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
       *known = candidate;
     }
   }
-  if (candidates_.size() + parting_.size() <= kRefinedMax) FindMissed(contacts);
+  FindMissed(contacts);
 }
 
 std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, GeometryRow b) {
@@ -158,7 +126,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   const std::span<const ContactPoint> points = PointsOf(contacts, pair);
   const auto closes = [&](const ContactPoint& point) {
     const double closing = -point.relative_velocity.dot(point.normal);
-    return point.depth >= kDepthMin && closing > kImpactSpeedMin &&
+    return point.depth >= kDepthMin && closing > ImpactSpeed::kMin &&
            closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal);
   };
   if (std::none_of(points.begin(), points.end(), closes)) return std::nullopt;
@@ -191,11 +159,12 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   return found;
 }
 
-// Finds when those happen of which that is not known yet, unless there are too many.
+// Finds when those happen of which that is not known yet, unless too many hang together.
 void Impacts::Time() {
+  CountCrowds();
   for (Candidate& candidate : candidates_) {
     if (candidate.is_timed || candidate.time == 0 || candidate.is_deep) continue;
-    candidate.is_timed = candidates_.size() <= kRefinedMax || candidate.is_swept;
+    candidate.is_timed = candidate.is_swept || !IsCrowded(candidate.pair);
     if (candidate.is_timed) Refine(candidate);
   }
 }

@@ -8,7 +8,9 @@
 #include "genphys/contact.h"
 #include "genphys/narrow_phase.h"
 #include "genphys/row_marks.h"
+#include "impacts/crowds.h"
 #include "impacts/impact_motion.h"
+#include "impacts/impact_speed.h"
 #include "impacts/impact_world.h"
 #include "impacts/ties.h"
 #include "joints/joint_step.h"
@@ -19,27 +21,6 @@ namespace genphys {
 
 /// rad: what turns by less in a substep does not roll far into what it is in touch with.
 inline constexpr double kRollingTurn = 0.3;
-
-/// From which closing speed on (m/s) two bodies collide: below it they only come to rest on each other.
-class ImpactSpeed {
- public:
-  ImpactSpeed(const ImpactWorld& world, double step_size) : world_(world), step_size_(step_size) {}
-
-  double Of(EntityRow a, EntityRow b, const Vector3& normal) const;
-  /// Nothing held or hit it in the last substep. What cannot be moved counts as well.
-  bool IsInFlight(EntityRow row) const;
-  /// Whether an impact of this pair is solved apart from the engine even without restitution. Those that are held
-  /// already come to rest on each other in the engine, together with all that holds them.
-  bool IsFree(const ContactPair& pair) const;
-  /// Whether one of them flies on its own even now, after the solve of this substep.
-  bool IsStillFree(const ContactPair& pair) const;
-
- private:
-  bool IsMovable(EntityRow row, GeometryRow geometry) const;
-
-  const ImpactWorld& world_;
-  double step_size_;
-};
 
 /// m/s: what slips faster slides, whatever else is known of it.
 inline constexpr double kSlidingSpeed = 1e-2;
@@ -170,6 +151,10 @@ class Impacts {
   static constexpr double kFlatPart = 0.03;
 
   void Find(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept);
+  void FindCrowds(const ContactBuffer& contacts);
+  void CountCrowds();
+  bool IsCrowded(const ContactPair& pair);
+  EntityRow MovableOf(const ContactPair& pair) const;
   void FindMissed(const ContactBuffer& contacts);
   std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
@@ -178,7 +163,7 @@ class Impacts {
   bool WerePressed(const EntityPair& entities) const;
   double FreeSince(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
-  bool MayBeMissed(const ContactBuffer& contacts, const ContactPair& pair) const;
+  bool Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
   void Time();
   void KeepEarliest();
@@ -276,6 +261,7 @@ class Impacts {
   std::vector<Candidate> candidates_;
   std::vector<Candidate> waiting_;    // for earlier ones of their bodies
   std::vector<ContactPair> parting_;  // overlap, and part at the end
+  Crowds crowds_;                     // of candidates_
   std::span<const FlownWay> ways_;    // by row
   std::vector<Group> groups_;         // of the candidates
   std::vector<Candidate> supports_;   // on what those stand that are struck

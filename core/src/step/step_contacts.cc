@@ -207,6 +207,7 @@ ImpactWorld StepRun::Surroundings() {
           .group_of = scratch_.group_of,
           .struck_index = scratch_.struck_index,
           .swept_index = scratch_.swept_index,
+          .crowd_number = scratch_.crowd_number,
           .earliest = scratch_.earliest,
           .free_since = scratch_.free_since,
           .stances = scratch_.stances,
