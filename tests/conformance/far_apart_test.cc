@@ -3,40 +3,98 @@
 #include <string>
 #include <vector>
 
-#include "engine_test.h"
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+#include "support/random.h"
 
 namespace genphys::testing {
 namespace {
 
-GENPHYS_ENGINE_TESTS(FarApart, Claim::kContacts);
+GENPHYS_ENGINE_TESTS(FarApart, Claim::kContacts, Claim::kBox);
 
-constexpr double kAway = 20;  // m, from one place to the next
-constexpr int kOthers = 12;
+constexpr double kAway = 20;   // m, from one place to the next
+constexpr double kHeight = 8;  // m, of what hangs
 
-using Bodies = std::vector<EntityDesc>;
+using Scene = std::vector<EntityId> (*)(World& world, double x);
 
-// How the bodies of a world at one place move.
+// Comes down on its edge and turns so fast that where it is deepest says little of when it met the floor.
+std::vector<EntityId> TumblingDrum(World& world, double x) {
+  EntityDesc drum = Body(Cylinder{0.2, 0.2}, {x, 0, 1.5});
+  drum.pose.orientation = Eigen::AngleAxisd(0.4, Vector3(1, 0.3, 0.2).normalized());
+  drum.rigid_body->linear_velocity = {1, 0.2, 0};
+  drum.rigid_body->angular_velocity = {9, 30, 15};
+  drum.rigid_body->geometries[0].material.restitution = 0.7;
+  return {Add(world, drum)};
+}
+
+// Of crates that do not lie quite straight, so that it goes on settling for a while.
+std::vector<EntityId> Tower(World& world, double x) {
+  constexpr int kCrates = 12;
+  std::vector<EntityId> tower;
+  for (int i = 0; i < kCrates; ++i) {
+    tower.push_back(Add(world, Crate({x + 0.01 * (i % 3), 0.01 * (i % 2), 0.5 + i})));
+  }
+  return tower;
+}
+
+// That falls, of more points than sweeps are many for.
+std::vector<EntityId> Heap(World& world, double x) {
+  constexpr int kRow = 3, kLayers = 8;
+  Random random(5);
+  std::vector<EntityId> heap;
+  for (int i = 0; i < kRow * kRow * kLayers; ++i) {
+    const int layer = i / (kRow * kRow), place = i % (kRow * kRow);
+    const double aside = layer % 2 == 0 ? 0 : 0.4;
+    EntityDesc crate = Crate({x + 1.3 * (place % kRow) + aside, 1.3 * (place / kRow) + aside, 0.55 + 1.1 * layer});
+    crate.pose.orientation = Eigen::AngleAxisd(random.Uniform(-0.2, 0.2), Vector3::UnitZ());
+    heap.push_back(Add(world, crate));
+  }
+  return heap;
+}
+
+// Of more rows of joints than are solved all at once; it hangs by one edge and swings.
+std::vector<EntityId> Net(World& world, double x) {
+  constexpr int kRow = 6;
+  std::vector<EntityId> net;
+  for (int i = 0; i < kRow * kRow; ++i) {
+    const Vector3 place(x + i % kRow, i / kRow, kHeight);
+    net.push_back(Add(world, Ball(place, 0.2)));
+    if (i < kRow) Join(world, ToWorld(net.back(), BallJoint{}, {place}));
+    if (i % kRow > 0) Join(world, Between(net[net.size() - 2], net.back(), BallJoint{}));
+    if (i >= kRow) Join(world, Between(net[static_cast<size_t>(i - kRow)], net.back(), BallJoint{}));
+  }
+  return net;
+}
+
+// Of few rows, with a weight on it.
+std::vector<EntityId> Chain(World& world, double x) {
+  constexpr int kLinks = 5;
+  std::vector<EntityId> chain;
+  for (int i = 0; i < kLinks; ++i) {
+    const Vector3 place(x + i, 0, kHeight);
+    chain.push_back(Add(world, Ball(place, 0.2, i + 1 < kLinks ? 1 : 1000)));
+    Join(world, i == 0 ? ToWorld(chain[0], BallJoint{}, {place - Vector3::UnitX()})
+                       : Between(chain[static_cast<size_t>(i - 1)], chain.back(), BallJoint{}));
+  }
+  return chain;
+}
+
+// How the bodies of a scene move, by step.
 struct Course {
   std::vector<Vector3> positions;  // m
   std::vector<Vector3> velocities;
   bool operator==(const Course&) const = default;
 };
 
-// Of `bodies` in `steps` steps, with `others` in so many places before and as many after them.
-std::vector<Course> CoursesOf(const std::string& engine, const Bodies& bodies, const Bodies& others, int places,
-                              int steps) {
+// In steps of 1/60 s, with `others` beside it that were there before and others that come after it.
+std::vector<Course> CoursesOf(const std::string& engine, Scene scene, const std::vector<Scene>& others, int steps) {
   const auto world = testing::MakeWorld(WorldDesc{.engine = engine, .default_auto_disable = {.enabled = false}});
   const auto add_others = [&](double side) {
-    for (int place = 1; place <= places; ++place) {
-      for (EntityDesc other : others) {
-        other.pose.position.x() += side * kAway * place;
-        Add(*world, other);
-      }
-    }
+    double x = 0;
+    for (const Scene other : others) other(*world, x += side * kAway);
   };
   add_others(-1);
-  std::vector<EntityId> ids;
-  for (const EntityDesc& body : bodies) ids.push_back(Add(*world, body));
+  const std::vector<EntityId> ids = scene(*world, 0);
   add_others(1);
   std::vector<Course> courses;
   for (int step = 0; step < steps; ++step) {
@@ -50,27 +108,30 @@ std::vector<Course> CoursesOf(const std::string& engine, const Bodies& bodies, c
   return courses;
 }
 
-void ExpectNoMatter(const std::string& engine, const Bodies& bodies, const Bodies& others, int steps) {
-  const std::vector<Course> alone = CoursesOf(engine, bodies, others, 0, steps);
-  const std::vector<Course> among = CoursesOf(engine, bodies, others, kOthers / 2, steps);
-  const auto [first, other] = std::ranges::mismatch(alone, among);
-  ASSERT_EQ(first, alone.end()) << "since step " << first - alone.begin() << " by "
-                                << (first->positions[0] - other->positions[0]).norm() << " m";
-}
-
-// Comes down on its edge and turns so fast that where it is deepest says little of when it met the floor.
-EntityDesc TumblingDrum() {
-  EntityDesc drum = Body(Cylinder{0.2, 0.2}, {0, 0, 1.5});
-  drum.pose.orientation = Eigen::AngleAxisd(0.4, Vector3(1, 0.3, 0.2).normalized());
-  drum.rigid_body->linear_velocity = {1, 0.2, 0};
-  drum.rigid_body->angular_velocity = {9, 30, 15};
-  drum.rigid_body->geometries[0].material.restitution = 0.7;
-  return drum;
+void ExpectNoMatter(const std::string& engine, Scene scene, const std::vector<Scene>& others, int steps) {
+  const std::vector<Course> alone = CoursesOf(engine, scene, {}, steps);
+  const std::vector<Course> among = CoursesOf(engine, scene, others, steps);
+  const auto first = std::ranges::mismatch(alone, among).in1;
+  EXPECT_EQ(first, alone.end()) << "from step " << first - alone.begin() << " on";
 }
 
 TEST_P(FarApart, AreManyWhoHitTheFloorAtOnce) {
-  Proves({Claim::kRestitution});
-  ExpectNoMatter(GetParam(), {TumblingDrum()}, {TumblingDrum()}, 32);
+  Proves({Claim::kRestitution, Claim::kCylinder});
+  ExpectNoMatter(GetParam(), TumblingDrum, std::vector<Scene>(6, TumblingDrum), 120);
+}
+
+TEST_P(FarApart, AreTowers) { ExpectNoMatter(GetParam(), Tower, std::vector<Scene>(3, Tower), 180); }
+
+TEST_P(FarApart, IsAHeapFromATowerAndATowerFromAHeap) {
+  ExpectNoMatter(GetParam(), Tower, {Heap, TumblingDrum}, 120);
+  ExpectNoMatter(GetParam(), Heap, {Tower, Heap}, 120);
+}
+
+TEST_P(FarApart, IsWhatHangsFromWhatLies) {
+  Proves({Claim::kJointBall});
+  ExpectNoMatter(GetParam(), Chain, {Net, Tower, Chain}, 120);
+  ExpectNoMatter(GetParam(), Net, {Net, Heap, Chain}, 120);
+  ExpectNoMatter(GetParam(), Tower, {Net, Chain}, 120);
 }
 
 }  // namespace

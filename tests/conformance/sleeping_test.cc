@@ -286,7 +286,7 @@ TEST_P(Sleeping, ATowerWakesAsIfItHadBeenAwakeWhoeverMovedMeanwhile) {
   double fastest[2] = {};
   for (const bool sleeps : {false, true}) {
     WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -9.81}};
-    desc.default_auto_disable.enabled = sleeps;
+    desc.default_auto_disable = {.enabled = sleeps, .rest_time = 2};  // until sweeps have left hardly anything
     const auto world = testing::MakeWorld(desc);
     std::vector<EntityId> tower;
     for (int i = 0; i < kCount; ++i) tower.push_back(Add(*world, Crate({0, 0, 0.5 + i})));

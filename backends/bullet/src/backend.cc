@@ -60,9 +60,9 @@ Status CheckSolver() {
   const ContactPair pair;
   ContactSolver solver;
   solver.SetIterations(kIterations);
-  solver.Begin(kStepSize);
+  solver.Begin(kStepSize, true);
   solver.AddBody(body);
-  solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1}, 0);
+  solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1});
   solver.Solve(false);
   if (body.motion.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {
     return absl::InternalError("the solver of the Bullet that is linked is not the one its headers describe");

@@ -36,11 +36,11 @@ struct Body {
   EntityId id;
   MotionType motion_type = MotionType::kStatic;
   bool is_active = true;
-  bool is_removed = false;   // is not in the world any more, but may be remembered
-  bool is_moved = false;     // its geometries are not yet where its pose says
-  uint64_t solve_stamp = 0;  // of the last solve that moved it
-  uint64_t touch_stamp = 0;  // of the last solve that held it by a contact or a joint
-  uint64_t group_stamp = 0;  // of the last group of constraints that it was solved in
+  bool is_removed = false;    // is not in the world any more, but may be remembered
+  bool is_moved = false;      // its geometries are not yet where its pose says
+  uint64_t solve_stamp = 0;   // of the last solve that moved it
+  uint64_t touch_stamp = 0;   // of the last solve that held it by a contact or a joint
+  uint64_t island_stamp = 0;  // of the last island that it was solved in
   Pose pose;
   Vector3 center_of_mass = Vector3::Zero();      // in the entity's frame
   Vector3 moments = Vector3::Zero();             // principal ones, kg*m^2

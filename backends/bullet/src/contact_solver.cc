@@ -54,8 +54,10 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
   info_.m_leastSquaresResidualThreshold = kSettled * kSettled;
 }
 
-void ContactSolver::Begin(double step_size) {
+void ContactSolver::Begin(double step_size, bool are_few) {
   info_.m_timeStep = step_size;
+  // Fewer iterations than a preset's do not find what all the more rows come to.
+  are_few_ = are_few && iterations_ >= kPresetIterations;
   bodies_.clear();
   rows_.clear();
   pairs_.clear();
@@ -70,9 +72,8 @@ void ContactSolver::Begin(double step_size) {
 }
 
 void ContactSolver::AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-                            std::span<PointImpulse> impulses, uint32_t few) {
-  // Fewer iterations than a preset's do not find what all the more rows come to.
-  pairs_.push_back({a, b, &pair, points, impulses, iterations_ >= kPresetIterations ? few : Leaps::kNone});
+                            std::span<PointImpulse> impulses) {
+  pairs_.push_back({a, b, &pair, points, impulses});
   point_count_ += points.size();
 }
 
@@ -152,11 +153,7 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
                                                 constraint_count, info, drawer);
   if (is_solved) return 0;
   stirred_.Begin(changes_, kSettled);
-  size_t few_end = 0;
-  for (const AddedPoint& point : points_) {
-    if (point.few != Leaps::kNone) few_end = std::max<size_t>(few_end, point.few + 1);
-  }
-  if (few_end > 0) leaps_.Begin(normals_.size() + frictions_.size() + torsions_.size(), few_end);
+  if (are_few_) leaps_.Begin(normals_.size() + frictions_.size() + torsions_.size(), 1);
   const size_t all = joints_.size() + normals_.size();
   size_t spare = iterations_ == kPresetIterations ? kPointUpdates : 0;
   for (int sweep = 1;; ++sweep) {
@@ -171,7 +168,7 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
     // Of sweeps there and back only those that end alike are compared.
     if (sweep == kPresetIterations) leaps_.Forget();
     const bool is_alike = sweep < kPresetIterations || GoesBack(sweep);
-    const bool may_leap = few_end > 0 && is_alike && sweep + Leaps::kSweepsBetween <= info.m_numIterations;
+    const bool may_leap = are_few_ && is_alike && sweep + Leaps::kSweepsBetween <= info.m_numIterations;
     if (may_leap && !Leap() && residual <= kNearlySettled * kNearlySettled) return residual;
   }
 }
@@ -181,10 +178,10 @@ void ContactSolver::solveGroupCacheFriendlySplitImpulseIterations(btCollisionObj
                                                                   const btContactSolverInfo& info, btIDebugDraw*) {
   const double least = kLeastPush / info.m_timeStep;
   if (is_direct_ && PushDirectly(least)) return;
-  const bool are_few = point_count_ <= kFewPoints;
-  const double settled = are_few ? kSettled : least;
+  const bool is_small = point_count_ <= kFewPoints;
+  const double settled = is_small ? kSettled : least;
   // Of few none is passed over, or a stack would stand elsewhere by what rounding makes of its depths far away.
-  pushed_.Begin(moves_, are_few ? 0 : settled);
+  pushed_.Begin(moves_, is_small ? 0 : settled);
   for (int sweep = 0; sweep < info.m_numIterations; ++sweep) {
     double largest = 0;
     pushed_.BeginSweep();
@@ -257,34 +254,31 @@ btScalar ContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject**, int, 
 }
 
 template <typename Visit>
-void ContactSolver::VisitFew(Visit visit) {
+void ContactSolver::VisitRows(Visit visit) {
   for (size_t i = 0; i < points_.size(); ++i) {
     const AddedPoint& point = points_[i];
-    if (point.few == Leaps::kNone) continue;
-    visit(normals_[i], 0, std::numeric_limits<double>::infinity(), point.few);
+    visit(normals_[i], 0, std::numeric_limits<double>::infinity());
     for (int j = point.first_friction; j < point.end_friction; ++j) {
       SolverRow& row = frictions_[static_cast<size_t>(j)];
       const double bound = row.friction * normals_[i].impulse;
-      visit(row, -bound, bound, point.few);
+      visit(row, -bound, bound);
     }
   }
   for (Torsion& row : torsions_) {
-    const auto normal = static_cast<size_t>(row.normal);
-    const double bound = row.arm * normals_[normal].impulse;
-    if (points_[normal].few != Leaps::kNone) visit(row, -bound, bound, points_[normal].few);
+    const double bound = row.arm * normals_[static_cast<size_t>(row.normal)].impulse;
+    visit(row, -bound, bound);
   }
 }
 
 bool ContactSolver::Leap() {
+  constexpr uint32_t kOnly = 0;
   leaps_.BeginSweep();
-  VisitFew([&](const SolverRow& row, double, double, uint32_t few) { leaps_.Note(few, row.impulse, row.mobility); });
+  VisitRows([&](const SolverRow& row, double, double) { leaps_.Note(kOnly, row.impulse, row.mobility); });
   if (!leaps_.Decide()) return !leaps_.leads_nowhere();
   size_t number = 0;
-  VisitFew([&](SolverRow& row, double lower, double upper, uint32_t few) {
-    const double far = leaps_.Of(number++, few);
-    if (far == 0) return;
+  VisitRows([&](SolverRow& row, double lower, double upper) {
     const double before = row.impulse;
-    row.impulse = std::clamp(before + far, lower, upper);
+    row.impulse = std::clamp(before + leaps_.Of(number++, kOnly), lower, upper);
     const double change = row.impulse - before;
     Apply(row, change, ChangeOf(row.a), ChangeOf(row.b));
     stirred_.Note(row.a, row.b, change * row.mobility);

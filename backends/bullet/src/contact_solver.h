@@ -16,15 +16,15 @@
 
 namespace genphys::bullet_backend {
 
-/// Bullet's sequential impulse solver for contacts and joints between bodies. All of a step form one group: what its
-/// rows do to each other is the same as if every island were solved alone, and so is the result.
+/// Bullet's sequential impulse solver for contacts and joints between the bodies of one island: how often it sweeps,
+/// and in which order, must not depend on what is elsewhere.
 class ContactSolver final : private btSequentialImpulseConstraintSolver {
  public:
   ContactSolver();
 
   /// The iterations of every preset.
   static constexpr int kPresetIterations = 10;
-  /// Few points get more iterations than a preset's, for this much work in all: what rests then stays where it is also
+  /// Few points get more iterations than a preset's, for this much work: what rests then stays where it is also
   /// when the impulses to start from are another engine's.
   static constexpr size_t kPointUpdates = 2000;
   /// Points that get more than that.
@@ -33,23 +33,21 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Few contacts get more than a preset's.
   void SetIterations(uint32_t iterations) { iterations_ = static_cast<int>(iterations); }
 
-  /// Empties the group, which will be solved for a step of `step_size` seconds.
-  void Begin(double step_size);
+  /// Starts with nothing, which will be solved for a step of `step_size` seconds. `are_few`: there will be no more than
+  /// kFewPoints points and no joints.
+  void Begin(double step_size, bool are_few);
 
   /// Adds a body, dynamic or kinematic, whose `rigid` is loaded. Each one that a pair names must be added, and once.
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
 
   /// Adds a pair; null is a side that cannot be moved. `impulses` are where its points start from; Solve() writes what
-  /// they came to into both. All that is given here must last until then. `few` numbers islands of no more than
-  /// kFewPoints points and of no joints, of which no impulses are remembered; of others it is Leaps::kNone.
+  /// they came to into both. All that is given here must last until then.
   void AddPair(Body* a, Body* b, const ContactPair& pair, std::span<ContactPoint> points,
-               std::span<PointImpulse> impulses, uint32_t few);
+               std::span<PointImpulse> impulses);
 
   /// Adds a row of a joint; null is a side that cannot be moved and stands still. Solve() writes its
   /// impulse back.
   void AddRow(Body* a, Body* b, JointRow& row) { rows_.push_back({a, b, &row}); }
-
-  bool is_empty() const { return pairs_.empty() && rows_.empty(); }
 
   /// Solves and writes what came out into the bodies' `motion`. All at once, if it shall be `direct` and the equations
   /// let it; else in sweeps.
@@ -93,7 +91,6 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     double spinning_friction;
     int first_friction;  // of its rows of friction
     int end_friction;
-    uint32_t few;  // see AddPair()
   };
   // Against turning about a line.
   struct Torsion : BoundedRow {
@@ -109,7 +106,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
     double pressing;  // N*s, from which a solve starts
     double friction;  // Coulomb coefficient
   };
-  // Fills in going_on_ for what is of few.
+  // Fills in going_on_ if there are few.
   void FindGoingOn(double step_size);
   // m/s, of a over b, of going_on_.
   btVector3 SlipGoingOn(int a, int b, const btVector3& place) const;
@@ -135,9 +132,9 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   btSolverBody& BodyAt(int id) { return m_tmpSolverBodyPool[id]; }
   MotionChange& ChangeOf(int id) { return changes_[static_cast<size_t>(id)]; }
   void TakeImpulses();
-  // Calls visit(row, lower, upper, few) with each row of a contact between few, and its bounds.
+  // Calls visit(row, lower, upper) with each row of a contact, and its bounds.
   template <typename Visit>
-  void VisitFew(Visit visit);
+  void VisitRows(Visit visit);
   // After a sweep. False if no sweep will come nearer.
   bool Leap();
 
@@ -157,10 +154,11 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   // By body of Bullet's pool, in place of what it would change there itself.
   std::vector<MotionChange> changes_;   // of velocities
   std::vector<MotionChange> going_on_;  // velocities, were all points to push and brake as in the last step
-  std::vector<uint8_t> goes_;           // by island of few: something in it GoesAlong()
   std::vector<MotionChange> moves_;     // velocities that only take overlaps apart
   std::vector<AddedPoint> points_;      // by row of their normal
   size_t point_count_ = 0;              // of pairs_
+  bool are_few_ = false;                // see Begin(); of other iterations than a preset's none are
+  bool goes_along_ = false;             // of few something GoesAlong()
   std::vector<SolverRow> normals_;
   std::vector<SolverRow> frictions_;
   std::vector<ContactPush> pushes_;  // of normals_, ascending

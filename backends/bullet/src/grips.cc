@@ -31,23 +31,22 @@ bool AreOnALine(std::span<const Vector3> places) {
 
 }  // namespace
 
-void Grips::Find(std::span<const AddedPair> pairs, bool all_at_once) {
+void Grips::Find(std::span<const AddedPair> pairs, bool all_at_once, bool are_few) {
   groups_.clear();
   members_.clear();
   grips_.clear();
   ForgetGroups();
-  for (const AddedPair& pair : pairs) Add(pair);
+  for (const AddedPair& pair : pairs) Add(pair, are_few);
   for (const Group& group : groups_) {
     const AddedPair& any = pairs[group.first];
     Grip& grip = grips_.emplace_back();
     const double held = group.braked.norm();
     grip.is_on_a_line = IsOnALine(pairs, group);
-    grip.is_on_ground = any.is_of_few() && !grip.is_on_a_line && (IsGround(any.a) || IsGround(any.b));
+    grip.is_on_ground = are_few && !grip.is_on_a_line && (IsGround(any.a) || IsGround(any.b));
     grip.bears = held > (grip.is_on_ground ? kLoadedOnGround : kLoaded) * (group.most[0] + group.most[1]);
     // Where one half presses in another place than the other, nothing may hold what turns. Few points need not save
     // rows.
-    grip.may_share =
-        held <= kSharedMax * 2 * std::min(group.most[0], group.most[1]) && !all_at_once && !any.is_of_few();
+    grip.may_share = held <= kSharedMax * 2 * std::min(group.most[0], group.most[1]) && !all_at_once && !are_few;
     grip.load = held;
     grip.braked = group.braked;
     grip.count = static_cast<double>(std::max<size_t>(group.count, 1));
@@ -71,13 +70,13 @@ Grip Grips::Of(size_t pair) const {
   return grip;
 }
 
-void Grips::Add(const AddedPair& pair) {
+void Grips::Add(const AddedPair& pair, bool is_of_few) {
   const size_t number = members_.size();
   // Of what cannot be moved it does not matter which it is.
   const double sign = pair.b == nullptr ? -1 : 1;
   const Sides sides = pair.b == nullptr ? Sides(pair.b, pair.a) : Sides(pair.a, pair.b);
   const Vector3 normal = pair.points.empty() ? Vector3(Vector3::Zero()) : Vector3(sign * pair.points[0].normal);
-  const size_t place = GroupOf(pair, sides, normal);
+  const size_t place = GroupOf(pair, sides, normal, is_of_few);
   Group& group = groups_[place];
   if (group.count == 0) {
     group.first = number;
@@ -94,9 +93,9 @@ void Grips::Add(const AddedPair& pair) {
 }
 
 // Of more than few points each pair is alone.
-size_t Grips::GroupOf(const AddedPair& pair, const Sides& sides, const Vector3& normal) {
+size_t Grips::GroupOf(const AddedPair& pair, const Sides& sides, const Vector3& normal, bool is_of_few) {
   const size_t fresh = groups_.size();
-  if (pair.is_of_few() && !pair.points.empty()) {
+  if (is_of_few && !pair.points.empty()) {
     const auto [known, is_new] = group_of_.try_emplace(sides, fresh);
     for (size_t place = is_new ? kNone : known->second; place != kNone; place = groups_[place].next_group) {
       if (groups_[place].normal.dot(normal) > kSameSurface) return place;

@@ -7,7 +7,6 @@
 
 #include "body.h"
 #include "genphys/contact.h"
-#include "genphys/leaps.h"
 #include "warm_start.h"
 
 namespace genphys::bullet_backend {
@@ -19,9 +18,6 @@ struct AddedPair {
   const ContactPair* pair;
   std::span<ContactPoint> points;
   std::span<PointImpulse> impulses;  // to start from
-  uint32_t few;                      // the number of its island, if that is one of few; else Leaps::kNone
-
-  bool is_of_few() const { return few != Leaps::kNone; }
 };
 
 /// How friction held two bodies together in the last solve.
@@ -41,8 +37,8 @@ struct Grip {
 /// them together more than friction can.
 class Grips {
  public:
-  /// `all_at_once`: so will it be solved.
-  void Find(std::span<const AddedPair> pairs, bool all_at_once);
+  /// `all_at_once`: so will it be solved. `are_few`: all of them have but few points.
+  void Find(std::span<const AddedPair> pairs, bool all_at_once, bool are_few);
 
   Grip Of(size_t pair) const;
 
@@ -72,8 +68,8 @@ class Grips {
   static constexpr size_t kNone = ~size_t{0};
 
   void ForgetGroups();
-  size_t GroupOf(const AddedPair& pair, const Sides& sides, const Vector3& normal);
-  void Add(const AddedPair& pair);
+  size_t GroupOf(const AddedPair& pair, const Sides& sides, const Vector3& normal, bool is_of_few);
+  void Add(const AddedPair& pair, bool is_of_few);
   bool IsOnALine(std::span<const AddedPair> pairs, const Group& group);
 
   std::vector<Group> groups_;

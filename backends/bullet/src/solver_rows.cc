@@ -48,17 +48,13 @@ void ContactSolver::convertJoints(btTypedConstraint**, int, const btContactSolve
 
 void ContactSolver::convertContacts(btPersistentManifold**, int, const btContactSolverInfo& info) {
   FindGoingOn(info.m_timeStep);
-  grips_.Find(pairs_, is_direct_);
+  grips_.Find(pairs_, is_direct_, are_few_);
   for (size_t number = 0; number < pairs_.size(); ++number) {
     const AddedPair& added = pairs_[number];
     const int id_a = SolverBodyOf(added.a, info.m_timeStep), id_b = SolverBodyOf(added.b, info.m_timeStep);
     const Grip grip = grips_.Of(number);
     for (size_t i = 0; i < added.points.size(); ++i) {
-      if (added.points[i].is_ahead) {
-        added.impulses[i] = {};
-      } else {
-        AddPoint(id_a, id_b, added, i, grip);
-      }
+      if (!added.points[i].is_ahead) AddPoint(id_a, id_b, added, i, grip);
     }
   }
   AddTorsions();
@@ -68,21 +64,20 @@ void ContactSolver::convertContacts(btPersistentManifold**, int, const btContact
 
 void ContactSolver::FindGoingOn(double step_size) {
   going_on_.clear();
-  goes_.clear();
+  goes_along_ = false;
+  if (!are_few_) return;
   const auto origin = [&](int id) { return FromBullet(BodyAt(id).m_worldTransform.getOrigin()); };
   // Impulses first.
   for (const AddedPair& added : pairs_) {
-    if (!added.is_of_few()) continue;
     const int id_a = SolverBodyOf(added.a, step_size), id_b = SolverBodyOf(added.b, step_size);
     going_on_.resize(changes_.size());
-    if (goes_.size() <= added.few) goes_.resize(added.few + 1);
     const Vector3 center_a = origin(id_a), center_b = origin(id_b);
     MotionChange &a = going_on_[static_cast<size_t>(id_a)], &b = going_on_[static_cast<size_t>(id_b)];
     for (size_t i = 0; i < added.points.size(); ++i) {
       const ContactPoint& point = added.points[i];
       const PointImpulse& last = added.impulses[i];
       if (point.is_ahead) continue;
-      if (!goes_[added.few]) goes_[added.few] = GoesAlong(point, id_a, id_b);
+      goes_along_ = goes_along_ || GoesAlong(point, id_a, id_b);
       const Vector3 impulse = last.normal * point.normal + last.friction;
       a.linear.head<3>() -= impulse;
       b.linear.head<3>() += impulse;
@@ -126,7 +121,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   btSolverBody &a = BodyAt(id_a), &b = BodyAt(id_b);
   const int first_friction = static_cast<int>(frictions_.size());
   points_.push_back({&point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction, first_friction,
-                     first_friction, added.few});
+                     first_friction});
   // The points are those of the present poses: what was found for them is used in full. The solver then goes on over
   // many steps, and what rests comes to rest to the last digits.
   const btVector3 place = ToBullet(point.position), push = -ToBullet(point.normal);
@@ -147,8 +142,8 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const double ease = normal.mobility;
   const double inverse_mass = a.internalGetInvMass().x() + b.internalGetInvMass().x();
   // How much slower it slips after a step.
-  const double slower = added.is_of_few() ? along_surface(SlipGoingOn(id_a, id_b, place) - run - slip).length()
-                                          : inverse_mass * grip.load;
+  const double slower =
+      are_few_ ? along_surface(SlipGoingOn(id_a, id_b, place) - run - slip).length() : inverse_mass * grip.load;
   const double soon = std::max(slower, kGravity * point.friction * info_.m_timeStep);
   const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity + pair.surface_velocity));
   const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;
@@ -181,12 +176,12 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
   // other. So is what may slip soon, or it would by what is left over across the load, and among few points all that
   // bears a load. But not what slides: what it is held in one direction by would hold it in the other, too.
-  const bool is_held = is_direct_ || (added.is_of_few() && grip.bears && !grip.is_on_a_line);
+  const bool is_held = is_direct_ || (are_few_ && grip.bears && !grip.is_on_a_line);
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
   const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
   // Nor does anything tell a direction for what does not slip, and did not, where something in its island goes along
   // surfaces: that may be braked or pushed from now on, and what lies on it or below with it.
-  const bool is_unknown = added.is_of_few() && along.length() < kNoDirection * soon && goes_[added.few];
+  const bool is_unknown = are_few_ && along.length() < kNoDirection * soon && goes_along_;
   if (bears || ((is_held || may_roll) && !slides) || is_unknown) AddFriction(directions[1], surface);
 }
 

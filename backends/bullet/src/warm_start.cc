@@ -79,7 +79,7 @@ void WarmStart::Add(const MeetingPair& pair, double interval, std::span<const Co
   const double scale = old != nullptr ? ImpulseScale(old->interval, interval) : 0;
   for (size_t i = 0; i < points.size(); ++i) {
     memory.places[i] = frame.placement.ToLocal(points[i].position);
-    if (old == nullptr) continue;
+    if (old == nullptr || points[i].is_ahead) continue;
     const PointImpulse last = TakeImpulseAt(memory.places[i], *old);
     memory.impulses[i] = {scale * last.normal, scale * last.friction, scale * last.torque};
   }

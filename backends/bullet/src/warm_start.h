@@ -44,7 +44,7 @@ class WarmStart {
   void Begin();
 
   /// Adds the next pair, in canonical order, with impulses from where its points were before, for a solve that acts for
-  /// `interval` s.
+  /// `interval` s and leaves those alone that are ahead.
   void Add(const MeetingPair& pair, double interval, std::span<const ContactPoint> points);
 
   /// Ends the list. What was not met again is forgotten, unless both sides rest and nobody has looked.

@@ -27,7 +27,8 @@ Quaternion TurnBy(const Vector3& turn) {
   return {std::cos(angle / 2), scale * turn.x(), scale * turn.y(), scale * turn.z()};
 }
 
-std::span<ContactPoint> PointsOf(const ContactPair& pair, ContactBuffer& contacts) {
+// Those of `contacts`, which are const or not.
+auto PointsOf(const ContactPair& pair, auto& contacts) {
   return std::span(contacts.points).subspan(pair.first_point, pair.point_count);
 }
 
@@ -131,9 +132,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     point.friction_impulse.setZero();
   }
   islands_.Find(state.rows(), rows, contacts, joint_rows);
-  SortIntoGroups(contacts, joint_rows);
-  for (size_t i = 1; i < group_count_; ++i) SolveGroup(groups_[i], true, step_size, state, contacts, joint_rows);
-  SolveGroup(groups_[0], false, step_size, state, contacts, joint_rows);
+  for (uint32_t i = 0; i < islands_.islands().size(); ++i) SolveIsland(i, step_size, state, contacts, joint_rows);
   for (const EntityRow row : rows) Move(body(row), step_size, state);
 }
 
@@ -152,75 +151,52 @@ void World::RecogniseContacts(ContactBuffer& contacts) {
   warm_start_.End();
 }
 
-// Whether its weights matter, be they uneven.
-bool World::MayBeUneven(const Islands::Island& island) const {
-  return settings_.solver == Solver::kAutomatic && island.joint_rows == 0 && island.contacts <= kUnevenPointsMax;
-}
-
-void World::NotePushes(const ContactBuffer& contacts) {
-  const std::vector<Islands::Island>& islands = islands_.islands();
-  spreads_.assign(islands.size(), {});
-  for (const ContactPair& pair : contacts.pairs) {
-    const uint32_t number = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || number == Islands::kNone || !MayBeUneven(islands[number])) continue;
+// How unevenly pushes of its contacts meet what they move.
+double World::SpreadOf(uint32_t number, const ContactBuffer& contacts) {
+  PushSpread spread;
+  for (const uint32_t i : islands_.PairsOf(number)) {
+    const ContactPair& pair = contacts.pairs[i];
     for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
       if (islands_.IslandOf(row) == Islands::kNone) continue;
       const Body& pushed = body(row);
       const Vector3 center = pushed.pose.Transform(pushed.center_of_mass);
       const double inverse_inertia = pushed.moments.cwiseInverse().norm();
-      for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-        spreads_[number].Note(contacts.points[i].position - center, pushed.rigid->getInvMass(), inverse_inertia);
+      for (const ContactPoint& point : PointsOf(pair, contacts)) {
+        spread.Note(point.position - center, pushed.rigid->getInvMass(), inverse_inertia);
       }
     }
   }
+  return spread.Value();
 }
 
-bool World::IsDirect(uint32_t number) const {
+bool World::IsDirect(uint32_t number, const ContactBuffer& contacts) {
   const Islands::Island& island = islands_.islands()[number];
   if (settings_.solver == Solver::kIterative) return false;
   if (settings_.solver == Solver::kDirect) {
     return island.contacts <= kDirectContactsMax && island.joint_rows <= kDirectRowsMax;
   }
-  if (island.joint_rows == 0) return spreads_[number].Value() >= PushSpread::kUneven;
+  if (island.joint_rows == 0) {
+    return island.contacts <= kUnevenPointsMax && SpreadOf(number, contacts) >= PushSpread::kUneven;
+  }
   return 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax;
 }
 
-void World::SortIntoGroups(const ContactBuffer& contacts, std::span<const JointRow> joint_rows) {
-  group_count_ = 1;
-  group_of_.clear();
-  NotePushes(contacts);
-  for (uint32_t i = 0; i < islands_.islands().size(); ++i) group_of_.push_back(IsDirect(i) ? group_count_++ : 0);
-  if (groups_.size() < group_count_) groups_.resize(group_count_);
-  for (size_t i = 0; i < group_count_; ++i) {
-    groups_[i].pairs.clear();
-    groups_[i].rows.clear();
-  }
-  for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
-    const ContactPair& pair = contacts.pairs[i];
-    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (!pair.is_sensor && island != Islands::kNone) groups_[group_of_[island]].pairs.push_back(i);
-  }
-  for (uint32_t i = 0; i < joint_rows.size(); ++i) {
-    const uint32_t island = islands_.IslandOf(joint_rows[i].a, joint_rows[i].b);
-    if (island != Islands::kNone) groups_[group_of_[island]].rows.push_back(i);
-  }
-}
-
-void World::SolveGroup(const Group& group, bool all_at_once, double step_size, const StateArrays& state,
-                       ContactBuffer& contacts, std::span<JointRow> joint_rows) {
-  ++group_stamp_;
-  solver_.Begin(step_size);
-  LoadContacts(group, state, contacts);
-  LoadRows(group, state, joint_rows);
-  if (!solver_.is_empty()) solver_.Solve(all_at_once);
+void World::SolveIsland(uint32_t number, double step_size, const StateArrays& state, ContactBuffer& contacts,
+                        std::span<JointRow> joint_rows) {
+  const Islands::Island& island = islands_.islands()[number];
+  ++island_stamp_;
+  solver_.Begin(step_size, island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0);
+  LoadContacts(number, state, contacts);
+  LoadRows(number, state, joint_rows);
+  solver_.Solve(IsDirect(number, contacts));
 }
 
 // Null if nothing that happens in this solve can move the body and it does not move by itself either.
 Body* World::Load(Body& body, const StateArrays& state) {
   const bool is_driven = body.motion_type == MotionType::kKinematic && body.is_active;
   if (!is_driven && body.solve_stamp != solve_stamp_) return nullptr;
-  if (body.group_stamp != group_stamp_) {
-    body.group_stamp = group_stamp_;
+  if (body.island_stamp != island_stamp_) {
+    body.island_stamp = island_stamp_;
     body.touch_stamp = solve_stamp_;
     body.LoadRigid(state);
     solver_.AddBody(body);
@@ -228,27 +204,24 @@ Body* World::Load(Body& body, const StateArrays& state) {
   return &body;
 }
 
-void World::LoadContacts(const Group& group, const StateArrays& state, ContactBuffer& contacts) {
-  for (const uint32_t i : group.pairs) {
+void World::LoadContacts(uint32_t number, const StateArrays& state, ContactBuffer& contacts) {
+  for (const uint32_t i : islands_.PairsOf(number)) {
     const ContactPair& pair = contacts.pairs[i];
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
     PerPoint<PointImpulse>& impulses = warm_start_.pairs()[i].impulses;
-    const uint32_t number = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    const Islands::Island& island = islands_.islands()[number];
-    const bool is_of_few = island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0;
-    solver_.AddPair(side_a, side_b, pair, PointsOf(pair, contacts), {impulses.data(), impulses.size()},
-                    is_of_few ? number : Leaps::kNone);
+    solver_.AddPair(side_a, side_b, pair, PointsOf(pair, contacts), {impulses.data(), impulses.size()});
   }
 }
 
-void World::LoadRows(const Group& group, const StateArrays& state, std::span<JointRow> joint_rows) {
+void World::LoadRows(uint32_t number, const StateArrays& state, std::span<JointRow> joint_rows) {
   const auto load = [&](EntityRow row) -> Body* {
     // The world and entities without physics are no bodies here.
     const bool is_body = Index(row) < bodies_.size() && bodies_[Index(row)] != nullptr;
     return is_body ? Load(body(row), state) : nullptr;
   };
-  for (const uint32_t i : group.rows) solver_.AddRow(load(joint_rows[i].a), load(joint_rows[i].b), joint_rows[i]);
+  for (const uint32_t i : islands_.JointRowsOf(number))
+    solver_.AddRow(load(joint_rows[i].a), load(joint_rows[i].b), joint_rows[i]);
 }
 
 void World::Move(Body& body, double step_size, StateArrays& state) {

@@ -42,20 +42,12 @@ class World final : public BackendWorld {
   void ForgetRemoved();
   void RecogniseContacts(ContactBuffer& contacts);
   Body* Load(Body& body, const StateArrays& state);
-  bool MayBeUneven(const Islands::Island& island) const;
-  void NotePushes(const ContactBuffer& contacts);
-  bool IsDirect(uint32_t number) const;
-  // What is solved together: numbers of contact pairs and of rows of joints.
-  struct Group {
-    std::vector<uint32_t> pairs;
-    std::vector<uint32_t> rows;
-  };
-
-  void SortIntoGroups(const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
-  void SolveGroup(const Group& group, bool all_at_once, double step_size, const StateArrays& state,
-                  ContactBuffer& contacts, std::span<JointRow> joint_rows);
-  void LoadContacts(const Group& group, const StateArrays& state, ContactBuffer& contacts);
-  void LoadRows(const Group& group, const StateArrays& state, std::span<JointRow> joint_rows);
+  double SpreadOf(uint32_t number, const ContactBuffer& contacts);
+  bool IsDirect(uint32_t number, const ContactBuffer& contacts);
+  void SolveIsland(uint32_t number, double step_size, const StateArrays& state, ContactBuffer& contacts,
+                   std::span<JointRow> joint_rows);
+  void LoadContacts(uint32_t number, const StateArrays& state, ContactBuffer& contacts);
+  void LoadRows(uint32_t number, const StateArrays& state, std::span<JointRow> joint_rows);
   void Move(Body& body, double step_size, StateArrays& state);
 
   std::vector<std::unique_ptr<Body>> bodies_;   // by entity row
@@ -64,14 +56,10 @@ class World final : public BackendWorld {
   ContactSolver solver_;
   WarmStart warm_start_;  // its pairs are those of the last Solve()
   uint64_t solve_stamp_ = 0;
-  uint64_t group_stamp_ = 0;
+  uint64_t island_stamp_ = 0;
   StepperSettings settings_;
   Islands islands_;
-  std::vector<Group> groups_;        // the first: all that is not solved all at once; then an island each
-  size_t group_count_ = 1;           // of this solve
-  std::vector<size_t> group_of_;     // by island
-  std::vector<PushSpread> spreads_;  // by island, of those that may be uneven
-  std::vector<EntityRow> scaled_;    // bodies that are harder to turn
+  std::vector<EntityRow> scaled_;  // bodies that are harder to turn
 };
 
 }  // namespace genphys::bullet_backend

@@ -73,7 +73,6 @@ class ContactSolver {
   ContactSolver& operator=(const ContactSolver&) = delete;
 
   void SetStepper(const StepperSettings& settings) { settings_ = settings; }
-  const StepperSettings& settings() const { return settings_; }
 
   /// Lets go of memory that is far more than what `count` bodies at a time and the solves since the last call need. For
   /// once a step: of its solves one may be of a thousand bodies and the next one of two.
@@ -82,8 +81,6 @@ class ContactSolver {
   void Begin(uint32_t count, double step_size);
   /// Each of 0..count-1 must be set.
   void SetBody(uint32_t body, const MassProperties& mass, const Motion& motion);
-  /// How constraints shall be solved.
-  Solver solver() const { return settings_.solver; }
   /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
   /// times more than the hardest.
   static bool MayBeDirect(size_t contacts, size_t rows, double spread);
@@ -96,8 +93,6 @@ class ContactSolver {
   /// Adds the rows of one block; see RowComposer.
   void AddRows(std::span<JointRow> block, uint32_t body_a, uint32_t body_b, std::span<const double> given_rates);
   void AddContact(const ContactConstraint& contact);
-  /// Whether few rows get more sweeps than a preset's, so that fewer may do.
-  bool MayBeBrief() const { return settings_.iterations == kPresetIterations; }
   /// Solves and moves, `briefly` with the preset's sweeps however few rows there are. An EngineFault out of here leaves
   /// nothing to go on with.
   void Step(bool briefly = false);

@@ -27,6 +27,8 @@ constexpr double kPullMax = 0.02;
 // of the piles of 12 to 45 boxes that were looked at.)
 constexpr double kResidualMax = 0.2;
 constexpr double kBriefResidualMax = 1e-6;
+// Bodies of an island that has not the same solver as larger ones.
+constexpr size_t kSmallBodiesMax = 64;
 
 bool IsFinite(const Motion& motion) {
   return motion.position.allFinite() && motion.orientation.coeffs().allFinite() && motion.linear_velocity.allFinite() &&
@@ -108,29 +110,60 @@ void World::PlaceMoved(GeometryRow row) {
   for (GeometryRow own : body.geometries) shapes_[Index(own)].Place(body.pose.position, body.pose.orientation);
 }
 
+void World::SetStepper(const StepperSettings& settings) {
+  settings_ = settings;
+  for (std::optional<ContactSolver>* solver : {&small_solver_, &large_solver_}) {
+    if (*solver) (*solver)->SetStepper(settings);
+  }
+}
+
+void World::ScaleInertia(std::span<const InertiaScale> scales) {
+  for (const EntityRow row : scaled_) bodies_[Index(row)].inertia_factor = 1;
+  scaled_.clear();
+  for (const InertiaScale& scale : scales) {
+    bodies_[Index(scale.row)].inertia_factor = scale.factor;
+    scaled_.push_back(scale.row);
+  }
+}
+
+// Each island by itself: how many sweeps it gets, in what order ODE takes its rows, and what becomes of it when the
+// exact solver gives up must not depend on what is elsewhere.
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
   PrepareThread();
   islands_.Find(state.rows(), rows, contacts, joint_rows);
-  held_rows_.clear();
   for (EntityRow row : rows) {
-    // What nothing holds needs no solver, and ODE would take more time for it than for all the rest.
-    if (islands_.IslandOf(row) != Islands::kNone) {
-      held_rows_.push_back(row);
-    } else {
-      Fly(row, step_size, state);
-    }
+    // What nothing holds needs no solver.
+    if (islands_.IslandOf(row) == Islands::kNone) Fly(row, step_size, state);
   }
   BringBack();
   warm_start_.Begin();
-  solver_->Trim(static_cast<uint32_t>(held_rows_.size()));
-  if (held_rows_.empty()) return;
-  ChooseSolvers(state, contacts, joint_rows);
+  TrimSolvers();
+  if (islands_.islands().empty()) return;
   Recognise(contacts);
-  for (const Way way : {Way::kDirect, Way::kBrief, Way::kWarm, Way::kCold}) {
-    SolveGroup(step_size, way, state, contacts, joint_rows);
+  for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
+    Attempt attempt = FirstAttempt(island, state, contacts, joint_rows);
+    while (const auto next = SolveIsland(attempt, step_size, state, contacts, joint_rows)) attempt.way = *next;
+    for (const EntityRow row : islands_.RowsOf(island)) bodies_[Index(row)].solved_as = kUnsolved;
   }
   warm_start_.End(contacts.points);
+}
+
+// Bodies that were in use need not be any more.
+void World::TrimSolvers() {
+  size_t most = 0;
+  for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
+    most = std::max(most, islands_.RowsOf(island).size());
+  }
+  if (small_solver_) small_solver_->Trim(static_cast<uint32_t>(std::min(most, kSmallBodiesMax)));
+  if (large_solver_) large_solver_->Trim(static_cast<uint32_t>(most > kSmallBodiesMax ? most : 0));
+}
+
+std::optional<ContactSolver>& World::SolverOf(uint32_t island) {
+  std::optional<ContactSolver>& solver =
+      islands_.RowsOf(island).size() > kSmallBodiesMax ? large_solver_ : small_solver_;
+  if (!solver) solver.emplace(settings_);
+  return solver;
 }
 
 void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
@@ -141,82 +174,82 @@ void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateA
   warm_start_ = std::move(remembered);
 }
 
-void World::NotePush(const Vector3& point, EntityRow row, const StateArrays& state) {
-  const uint32_t island = islands_.IslandOf(row);
-  if (island == Islands::kNone) return;
-  const Body& body = bodies_[Index(row)];
-  pushes_[island].spread.Note(point - MotionOf(row, state).position, 1 / body.mass.mass,
-                              body.mass.inverse_tensor.norm());
-}
-
-void World::ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts,
-                          std::span<const JointRow> joint_rows) {
-  pushes_.assign(islands_.islands().size(), {});
-  if (solver_->solver() == Solver::kIterative || has_failed_directly_) return;
-  for (const ContactPair& pair : contacts.pairs) {
-    const uint32_t number = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || number == Islands::kNone || !IsDirectWanted(islands_.islands()[number])) continue;
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      for (const EntityRow row : {pair.entity_a, pair.entity_b}) NotePush(contacts.points[i].position, row, state);
+// How unevenly pushes of its contacts and joints meet what they move.
+double World::SpreadOf(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
+                       std::span<const JointRow> joint_rows) const {
+  PushSpread spread;
+  const auto note = [&](const Vector3& point, EntityRow row) {
+    if (islands_.IslandOf(row) == Islands::kNone) return;
+    const Body& body = bodies_[Index(row)];
+    spread.Note(point - MotionOf(row, state).position, 1 / body.mass.mass, body.mass.inverse_tensor.norm());
+  };
+  for (const uint32_t i : islands_.PairsOf(island)) {
+    const ContactPair& pair = contacts.pairs[i];
+    for (const ContactPoint& point : std::span(contacts.points).subspan(pair.first_point, pair.point_count)) {
+      for (const EntityRow row : {pair.entity_a, pair.entity_b}) note(point.position, row);
     }
   }
-  for (const JointRow& row : joint_rows) {
+  for (const uint32_t i : islands_.JointRowsOf(island)) {
+    const JointRow& row = joint_rows[i];
     if (row.kind != JointRow::Kind::kLinear) continue;
-    for (const EntityRow side : {row.a, row.b}) NotePush(row.point, side, state);
+    for (const EntityRow side : {row.a, row.b}) note(row.point, side);
   }
-  for (size_t i = 0; i < pushes_.size(); ++i) {
-    const Islands::Island& island = islands_.islands()[i];
-    const double spread = pushes_[i].spread.Value();
-    pushes_[i].is_uneven = island.joint_rows == 0 && spread >= PushSpread::kUneven;
-    if (pushes_[i].is_uneven) pushes_[i].softness = std::max(kLeastSoftness, 1 / spread);
-    const bool is_easy = solver_->solver() == Solver::kAutomatic && island.joint_rows == 0 && !pushes_[i].is_uneven;
-    const bool is_direct =
-        IsDirectWanted(island) && !is_easy && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread);
-    pushes_[i].way = is_direct ? Way::kDirect : Way::kCold;
+  return spread.Value();
+}
+
+World::Attempt World::FirstAttempt(uint32_t number, const StateArrays& state, const ContactBuffer& contacts,
+                                   std::span<const JointRow> joint_rows) const {
+  const Islands::Island& island = islands_.islands()[number];
+  Attempt attempt{.island = number};
+  if (settings_.solver != Solver::kIterative && !has_failed_directly_ && IsDirectWanted(island)) {
+    const double spread = SpreadOf(number, state, contacts, joint_rows);
+    const bool is_uneven = island.joint_rows == 0 && spread >= PushSpread::kUneven;
+    if (is_uneven) attempt.softness = std::max(kLeastSoftness, 1 / spread);
+    const bool is_easy = settings_.solver == Solver::kAutomatic && island.joint_rows == 0 && !is_uneven;
+    if (!is_easy && ContactSolver::MayBeDirect(island.contacts, island.joint_rows, spread)) {
+      attempt.way = Way::kDirect;
+      return attempt;
+    }
   }
+  if (!MayBeWarm(number) || !known_[number].is_whole) return attempt;
+  attempt.way = settings_.iterations == ContactSolver::kPresetIterations ? Way::kBrief : Way::kWarm;
+  return attempt;
 }
 
 // Stacks are what the direct solver is worst at, unless they are small and of very different weights; joints are what
 // it is best at.
 bool World::IsDirectWanted(const Islands::Island& island) const {
-  if (solver_->solver() == Solver::kDirect) return true;
+  if (settings_.solver == Solver::kDirect) return true;
   const size_t rows = 3 * island.contacts + island.joint_rows;
   return rows <= (island.joint_rows > 0 ? kAutomaticRowsMax : kUnevenRowsMax);
 }
 
-// False if what came out means nothing. The exact solver goes on after an elimination that failed; of which island, it
-// does not say. Where joints contradict each other it ends in the middle, and so does all that it worked on.
-bool World::StepDirectly() {
+// False if what came out means nothing. The exact solver goes on after an elimination that failed. Where joints
+// contradict each other it ends in the middle, and so does all that it worked on.
+bool World::StepDirectly(uint32_t island) {
+  std::optional<ContactSolver>& solver = SolverOf(island);
   const uint64_t complaints = Complaints();
   try {
-    solver_->Step();
+    solver->Step();
   } catch (const EngineFault&) {
-    const StepperSettings settings = solver_->settings();
-    solver_.emplace(settings);
+    solver.reset();
     has_failed_directly_ = true;
     return false;
   }
-  for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
-    if (!IsFinite(solver_->motion(i))) return false;
+  for (uint32_t i = 0; i < islands_.RowsOf(island).size(); ++i) {
+    if (!IsFinite(solver->motion(i))) return false;
   }
   return Complaints() == complaints;
 }
 
-// What was to be solved exactly is not stored, and solved by iterations.
-void World::GiveUpDirect() {
-  for (Pushes& pushes : pushes_) {
-    if (pushes.way == Way::kDirect) pushes.way = Way::kCold;
-  }
-}
-
-// An island that would have to be held by more than contact and friction is solved again from nothing, and few sweeps
-// are enough to see that. It need not move: of four corners one may pull in each guess and carry nothing in truth. So
-// is one of which sweeps left too much, but after few of them with more.
-void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
-  const bool is_brief = way == Way::kBrief;
-  for (const ContactPair& pair : contacts.pairs) {
-    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    if (pair.is_sensor || island == Islands::kNone || pushes_[island].way != way) continue;
+// How an island is solved once more that was solved from what held it before, if it must be. One that would have to be
+// held by more than contact and friction starts from nothing, and few sweeps are enough to see that. It need not move:
+// of four corners one may pull in each guess and carry nothing in truth. So does one of which sweeps left too much, but
+// after few of them with more.
+std::optional<World::Way> World::WayAfter(const Attempt& attempt, const ContactBuffer& contacts) {
+  const bool is_brief = attempt.way == Way::kBrief;
+  for (const uint32_t number : islands_.PairsOf(attempt.island)) {
+    const ContactPair& pair = contacts.pairs[number];
     double load = 0, grip = 0, pull = 0, held = 0;
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       const ContactPoint& point = contacts.points[i];
@@ -226,47 +259,43 @@ void World::GiveUpUnheld(Way way, const ContactBuffer& contacts) {
       pull = std::max(pull, -point.normal_impulse);
       held += point.friction_impulse.norm();
     }
-    if (pull > kPullMax * load || held > grip) pushes_[island].way = Way::kCold;
+    if (pull > kPullMax * load || held > grip) return Way::kCold;
   }
+  const ContactSolver& solver = *SolverOf(attempt.island);
   // What was given may be very much for something light between heavy ones.
+  double speed_before = 0, residual = 0;  // m/s, of its contacts at most
   for (size_t i = 0; i < solved_.size(); ++i) {
-    double& speed = pushes_[solved_[i].island].speed_before;
-    speed = std::max(speed, solver_->SpeedBefore(i));
+    speed_before = std::max(speed_before, solver.SpeedBefore(i));
+    residual = std::max(residual, solver.Residual(i));
   }
-  for (size_t i = 0; i < solved_.size(); ++i) {
-    Pushes& pushes = pushes_[solved_[i].island];
-    if (pushes.way != way) continue;
-    const double most = (is_brief ? kBriefResidualMax : kResidualMax) * pushes.speed_before;
-    // Where some points had nothing to hold, they may have now, and nothing tells what few sweeps left of that.
-    const bool is_done = solver_->Residual(i) <= most && (pushes.is_all_given || !is_brief);
-    if (!is_done) pushes.way = is_brief ? Way::kWarm : Way::kCold;
-  }
+  // Where some points had nothing to hold, they may have now, and nothing tells what few sweeps left of that.
+  const bool is_done = residual <= (is_brief ? kBriefResidualMax : kResidualMax) * speed_before &&
+                       (known_[attempt.island].is_all_given || !is_brief);
+  if (is_done) return std::nullopt;
+  return is_brief ? Way::kWarm : Way::kCold;
 }
 
-void World::SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
-                       std::span<JointRow> joint_rows) {
-  // Also those of a solve that was given up.
-  for (EntityRow row : solved_rows_) bodies_[Index(row)].solved_as = kUnsolved;
-  solved_rows_.clear();
-  for (EntityRow row : held_rows_) {
-    if (pushes_[islands_.IslandOf(row)].way == way) solved_rows_.push_back(row);
-  }
-  if (solved_rows_.empty()) return;
-  solver_->Begin(static_cast<uint32_t>(solved_rows_.size()), step_size);
-  LoadBodies(state);
-  const bool is_given = StartsFromGiven(way);
-  solver_->Reserve(CountContacts(contacts), is_given ? CountGiven() : 0, joint_rows.size(), way == Way::kDirect);
-  LoadContacts(way, state, contacts);
-  LoadRows(state, joint_rows);
-  if (way == Way::kDirect) {
-    if (!StepDirectly()) return GiveUpDirect();
+// How it has to be solved once more, if so.
+std::optional<World::Way> World::SolveIsland(const Attempt& attempt, double step_size, StateArrays& state,
+                                             ContactBuffer& contacts, std::span<JointRow> joint_rows) {
+  const uint32_t island = attempt.island;
+  ContactSolver& solver = *SolverOf(island);
+  solver.Begin(static_cast<uint32_t>(islands_.RowsOf(island).size()), step_size);
+  LoadBodies(island, state);
+  LoadContacts(attempt, state, contacts);
+  LoadRows(island, state, joint_rows);
+  if (attempt.way == Way::kDirect) {
+    if (!StepDirectly(island)) return Way::kCold;
   } else {
-    solver_->Step(way == Way::kBrief);
+    solver.Step(attempt.way == Way::kBrief);
   }
-  solver_->TakeRowImpulses();
-  StoreImpulses(contacts);
-  if (is_given) GiveUpUnheld(way, contacts);
-  StoreBodies(way, state);
+  solver.TakeRowImpulses();
+  StoreImpulses(island, contacts);
+  if (StartsFromGiven(attempt.way)) {
+    if (const std::optional<Way> next = WayAfter(attempt, contacts)) return next;
+  }
+  StoreBodies(island, state);
+  return std::nullopt;
 }
 
 void World::Fly(EntityRow row, double step_size, StateArrays& state) {
@@ -289,21 +318,22 @@ Motion World::MotionOf(EntityRow row, const StateArrays& state) const {
           state.linear_velocities.col(column), state.angular_velocities.col(column)};
 }
 
-void World::LoadBodies(const StateArrays& state) {
-  for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
-    Body& body = bodies_[Index(solved_rows_[i])];
-    body.solved_as = i;
-    const Motion motion = MotionOf(solved_rows_[i], state);
+void World::LoadBodies(uint32_t island, const StateArrays& state) {
+  ContactSolver& solver = *SolverOf(island);
+  uint32_t number = 0;
+  for (const EntityRow row : islands_.RowsOf(island)) {
+    Body& body = bodies_[Index(row)];
+    body.solved_as = number++;
+    const Motion motion = MotionOf(row, state);
     CheckFinite(motion);
-    solver_->SetBody(i, body.mass, motion);
-  }
-  for (const InertiaScale& scale : scales_) {
-    const Body& body = bodies_[Index(scale.row)];
-    if (body.solved_as == kUnsolved) continue;
+    if (body.inertia_factor == 1) {
+      solver.SetBody(body.solved_as, body.mass, motion);
+      continue;
+    }
     MassProperties mass = body.mass;
-    mass.tensor *= scale.factor;
-    mass.inverse_tensor /= scale.factor;
-    solver_->SetBody(body.solved_as, mass, MotionOf(scale.row, state));
+    mass.tensor *= body.inertia_factor;
+    mass.inverse_tensor /= body.inertia_factor;
+    solver.SetBody(body.solved_as, mass, motion);
   }
 }
 
@@ -314,28 +344,17 @@ World::Side World::SideOf(EntityRow row, const StateArrays& state) const {
   return {body.solved_as, motion.position, motion.linear_velocity, motion.angular_velocity};
 }
 
-size_t World::CountContacts(const ContactBuffer& contacts) const {
-  size_t count = 0;
-  for (const ContactPair& pair : contacts.pairs) count += pair.is_sensor ? 0 : pair.point_count;
-  return count;
-}
-
-size_t World::CountGiven() const {
-  return static_cast<size_t>(
-      std::ranges::count_if(recalled_, [](const WarmStart::Recalled& point) { return !point.given.isZero(0); }));
-}
-
 // Where each row of a block starts from when the other side moves by itself.
-void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
+void World::LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows) {
   const auto side_of = [&](EntityRow row) {
     // The world and entities without physics stand still.
     const bool is_body = Index(row) < bodies_.size() && !bodies_[Index(row)].id.is_null();
     return is_body ? SideOf(row, state) : Side{};
   };
-  for (size_t first = 0; first < joint_rows.size(); first += joint_rows[first].block) {
-    const std::span<JointRow> block = joint_rows.subspan(first, joint_rows[first].block);
+  const std::span<const uint32_t> own = islands_.JointRowsOf(island);
+  for (size_t first = 0; first < own.size(); first += joint_rows[own[first]].block) {
+    const std::span<JointRow> block = joint_rows.subspan(own[first], joint_rows[own[first]].block);
     const Side a = side_of(block[0].a), b = side_of(block[0].b);
-    if (a.solved_as == kUnsolved && b.solved_as == kUnsolved) continue;
     std::array<double, 3> given_rates{};
     for (size_t i = 0; i < block.size(); ++i) {
       const JointRow& row = block[i];
@@ -343,84 +362,94 @@ void World::LoadRows(const StateArrays& state, std::span<JointRow> joint_rows) {
       if (a.solved_as == kUnsolved) given_rates[i] += a.RateOf(row, is_geared ? row.axis : -row.axis);
       if (b.solved_as == kUnsolved) given_rates[i] += b.RateOf(row, is_geared ? row.axis_b : row.axis);
     }
-    solver_->AddRows(block, a.solved_as, b.solved_as, given_rates);
+    SolverOf(island)->AddRows(block, a.solved_as, b.solved_as, given_rates);
   }
 }
 
-void World::LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts) {
+void World::LoadContacts(const Attempt& attempt, const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
-  const auto is_solved = [&](const ContactPair& pair) {
-    const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
-    return !pair.is_sensor && island != Islands::kNone && pushes_[island].way == way;
+  const std::span<const uint32_t> pairs = islands_.PairsOf(attempt.island);
+  const bool is_given = StartsFromGiven(attempt.way);
+  size_t count = 0, held = 0;
+  const auto recalled_of = [&](const ContactPair& pair) {
+    return std::span(recalled_).subspan(pair.first_point, pair.point_count);
   };
-  for (const ContactPair& pair : contacts.pairs) {
-    if (!is_solved(pair)) continue;
+  const auto is_held = [](const WarmStart::Recalled& point) { return !point.given.isZero(0); };
+  for (const uint32_t i : pairs) {
+    count += contacts.pairs[i].point_count;
+    if (is_given) held += static_cast<size_t>(std::ranges::count_if(recalled_of(contacts.pairs[i]), is_held));
+  }
+  SolverOf(attempt.island)
+      ->Reserve(count, held, islands_.JointRowsOf(attempt.island).size(), attempt.way == Way::kDirect);
+  for (const uint32_t number : pairs) {
+    const ContactPair& pair = contacts.pairs[number];
     const Side a = SideOf(pair.entity_a, state);
     const Side b = SideOf(pair.entity_b, state);
     // What holds two sides together can push them apart by one speed only: that of the point that needs it least.
     double held_depth = std::numeric_limits<double>::infinity();
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      if (!recalled_[i].given.isZero(0)) held_depth = std::min(held_depth, contacts.points[i].depth);
+      if (is_held(recalled_[i])) held_depth = std::min(held_depth, contacts.points[i].depth);
     }
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      if (!contacts.points[i].is_ahead) LoadContact(pair, contacts.points[i], i, a, b, held_depth);
+      if (!contacts.points[i].is_ahead) LoadContact(attempt, pair, i, a, b, contacts, held_depth);
     }
   }
 }
 
-void World::LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a,
-                        const Side& b, double held_depth) {
+void World::LoadContact(const Attempt& attempt, const ContactPair& pair, uint32_t index, const Side& a, const Side& b,
+                        const ContactBuffer& contacts, double held_depth) {
+  const ContactPoint& point = contacts.points[index];
+  const Islands::Island& island = islands_.islands()[attempt.island];
   // The solver pushes one side away from the other, and the one that it pushes must be movable.
   const double sign = b.solved_as != kUnsolved ? 1 : -1;
   const Side& pushed = sign > 0 ? b : a;
   const Side& other = sign > 0 ? a : b;
   const Vector3 other_velocity = other.VelocityAt(point.position);
   const bool moves_by_itself = other.solved_as == kUnsolved;
-  const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
   // How the surface of the pushed side runs against that of the other.
   const auto across = [&](const Vector3& v) { return Vector3(sign * (v - point.normal * point.normal.dot(v))); };
   const Vector3 run = across(pair.surface_velocity + pair.bend);
   const WarmStart::Recalled& recalled = recalled_[index];
-  const bool may_share = ContactSolver::MayShareFriction(islands_.islands()[island].contacts);
-  const bool is_given = StartsFromGiven(pushes_[island].way);
-  const Vector3 given = is_given ? Vector3(sign * recalled.given) : Vector3::Zero();
-  solver_->AddContact({.body = pushed.solved_as,
-                       .other = other.solved_as,
-                       .position = point.position,
-                       .normal = sign * point.normal,
-                       .depth = given.isZero(0) ? point.depth : held_depth,
-                       .friction = point.friction,
-                       .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
-                       .slip = across(point.relative_velocity + pair.surface_velocity),
-                       .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
-                       .braked = sign * recalled.braked,
-                       .grip = recalled.grip,
-                       .is_jointed = islands_.islands()[island].joint_rows > 0,
-                       .correction = pair.correction,
-                       .shared_axis = may_share ? recalled.shared_axis : std::nullopt,
-                       .rolling_friction = pair.material.rolling_friction,
-                       .spinning_friction = pair.material.spinning_friction,
-                       .relative_spin = pushed.angular_velocity - other.angular_velocity,
-                       .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
-                       .softness = pushes_[island].softness,
-                       .given = given});
-  solved_.push_back({index, island, sign});
+  const bool may_share = ContactSolver::MayShareFriction(island.contacts);
+  const Vector3 given = StartsFromGiven(attempt.way) ? Vector3(sign * recalled.given) : Vector3::Zero();
+  SolverOf(attempt.island)
+      ->AddContact({.body = pushed.solved_as,
+                    .other = other.solved_as,
+                    .position = point.position,
+                    .normal = sign * point.normal,
+                    .depth = given.isZero(0) ? point.depth : held_depth,
+                    .friction = point.friction,
+                    .relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run,
+                    .slip = across(point.relative_velocity + pair.surface_velocity),
+                    .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
+                    .braked = sign * recalled.braked,
+                    .grip = recalled.grip,
+                    .is_jointed = island.joint_rows > 0,
+                    .correction = pair.correction,
+                    .shared_axis = may_share ? recalled.shared_axis : std::nullopt,
+                    .rolling_friction = pair.material.rolling_friction,
+                    .spinning_friction = pair.material.spinning_friction,
+                    .relative_spin = pushed.angular_velocity - other.angular_velocity,
+                    .other_spin = moves_by_itself ? other.angular_velocity : Vector3::Zero(),
+                    .softness = attempt.softness,
+                    .given = given});
+  solved_.push_back({index, sign});
 }
 
-void World::StoreImpulses(ContactBuffer& contacts) const {
+void World::StoreImpulses(uint32_t island, ContactBuffer& contacts) {
+  const ContactSolver& solver = *SolverOf(island);
   for (size_t i = 0; i < solved_.size(); ++i) {
     ContactPoint& point = contacts.points[solved_[i].point];
-    const Vector3 impulse = solved_[i].sign * solver_->Impulse(i);
+    const Vector3 impulse = solved_[i].sign * solver.Impulse(i);
     point.normal_impulse = impulse.dot(point.normal);
     point.friction_impulse = impulse - point.normal_impulse * point.normal;
   }
 }
 
-void World::StoreBodies(Way way, StateArrays& state) {
-  for (uint32_t i = 0; i < solved_rows_.size(); ++i) {
-    const EntityRow row = solved_rows_[i];
-    if (pushes_[islands_.IslandOf(row)].way != way) continue;
-    const Motion motion = solver_->motion(i);
+void World::StoreBodies(uint32_t island, StateArrays& state) {
+  const ContactSolver& solver = *SolverOf(island);
+  for (const EntityRow row : islands_.RowsOf(island)) {
+    const Motion motion = solver.motion(bodies_[Index(row)].solved_as);
     CheckFinite(motion);
     state.linear_velocities.col(Index(row)) = motion.linear_velocity;
     state.angular_velocities.col(Index(row)) = motion.angular_velocity;

@@ -21,15 +21,15 @@ namespace genphys::ode_backend {
 /// the columns and the active set alone, not on how these came about.
 class World final : public BackendWorld {
  public:
-  explicit World(const StepperSettings& settings) : solver_(std::in_place, settings) {}
+  explicit World(const StepperSettings& settings) : settings_(settings) {}
 
   void AddBody(const BodyDesc& desc, const StateArrays& state) override;
   void RemoveBody(EntityRow row) override;
   void SetActive(std::span<const EntityRow> rows, bool active) override;
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
-  void SetStepper(const StepperSettings& settings) override { solver_->SetStepper(settings); }
+  void SetStepper(const StepperSettings& settings) override;
   void FindPoints(GeometryRow a, GeometryRow b, std::vector<ContactPoint>& points) override;
-  void ScaleInertia(std::span<const InertiaScale> scales) override { scales_.assign(scales.begin(), scales.end()); }
+  void ScaleInertia(std::span<const InertiaScale> scales) override;
   void Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
              std::span<JointRow> joint_rows) override;
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
@@ -50,6 +50,7 @@ class World final : public BackendWorld {
     bool is_centered = true;         // the centre of mass is the origin of the entity's frame
     uint32_t solved_as = kUnsolved;  // place in the solver, during a solve
     MassProperties mass;
+    double inertia_factor = 1;  // by which it is harder to turn in the next solve
     std::vector<GeometryRow> geometries;
   };
 
@@ -70,49 +71,58 @@ class World final : public BackendWorld {
   // sweeps from nothing.
   enum class Way { kDirect, kBrief, kWarm, kCold };
 
-  // What pushes meet in an island, and how it is solved for that.
-  struct Pushes {
-    PushSpread spread;
-    Way way = Way::kCold;
-    bool is_uneven = false;    // pushes meet very different weights
-    double softness = 1;       // see ContactConstraint
+  // What the last solve tells of an island.
+  struct Known {
+    bool is_whole = true;      // every pair was there
     bool is_all_given = true;  // to each of its points
-    double speed_before = 0;   // m/s, of its contacts at most
+  };
+
+  // How an island is solved, until that does.
+  struct Attempt {
+    uint32_t island = 0;
+    Way way = Way::kCold;
+    double softness = 1;  // see ContactConstraint
   };
 
   static void Move(Body& body, const Pose& pose);
   static bool StartsFromGiven(Way way) { return way == Way::kBrief || way == Way::kWarm; }
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
-  void ChooseSolvers(const StateArrays& state, const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
+  void TrimSolvers();
+  std::optional<ContactSolver>& SolverOf(uint32_t island);
+  Attempt FirstAttempt(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
+                       std::span<const JointRow> joint_rows) const;
   bool IsDirectWanted(const Islands::Island& island) const;
-  void SolveGroup(double step_size, Way way, StateArrays& state, ContactBuffer& contacts,
-                  std::span<JointRow> joint_rows);
+  double SpreadOf(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
+                  std::span<const JointRow> joint_rows) const;
+  bool MayBeWarm(uint32_t island) const;
+  std::optional<Way> SolveIsland(const Attempt& attempt, double step_size, StateArrays& state, ContactBuffer& contacts,
+                                 std::span<JointRow> joint_rows);
   const Body* BodyOf(GeometryRow geometry, uint64_t serial) const;
   void BringBack();
   void Recognise(const ContactBuffer& contacts);
   bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
-  bool StepDirectly();
-  void GiveUpDirect();
-  void GiveUpUnheld(Way way, const ContactBuffer& contacts);
-  void LoadBodies(const StateArrays& state);
-  void LoadRows(const StateArrays& state, std::span<JointRow> joint_rows);
-  void LoadContacts(Way way, const StateArrays& state, const ContactBuffer& contacts);
-  size_t CountContacts(const ContactBuffer& contacts) const;
-  size_t CountGiven() const;
-  void LoadContact(const ContactPair& pair, const ContactPoint& point, uint32_t index, const Side& a, const Side& b,
-                   double held_depth);
+  bool StepDirectly(uint32_t island);
+  std::optional<Way> WayAfter(const Attempt& attempt, const ContactBuffer& contacts);
+  void LoadBodies(uint32_t island, const StateArrays& state);
+  void LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows);
+  void LoadContacts(const Attempt& attempt, const StateArrays& state, const ContactBuffer& contacts);
+  void LoadContact(const Attempt& attempt, const ContactPair& pair, uint32_t point, const Side& a, const Side& b,
+                   const ContactBuffer& contacts, double held_depth);
   Side SideOf(EntityRow row, const StateArrays& state) const;
-  void NotePush(const Vector3& point, EntityRow row, const StateArrays& state);
-  void StoreImpulses(ContactBuffer& contacts) const;
-  void StoreBodies(Way way, StateArrays& state);
+  void StoreImpulses(uint32_t island, ContactBuffer& contacts);
+  void StoreBodies(uint32_t island, StateArrays& state);
   void Fly(EntityRow row, double step_size, StateArrays& state);
   void StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state);
 
   std::vector<Body> bodies_;         // by entity row
   std::vector<PlacedShape> shapes_;  // by geometry row
   uint64_t last_serial_ = 0;
-  std::optional<ContactSolver> solver_;  // there is always one
+  StepperSettings settings_;
+  // Of islands of few bodies and of many, each made when it is first needed: a call of ODE costs by all the bodies that
+  // its world ever had at a time.
+  std::optional<ContactSolver> small_solver_;
+  std::optional<ContactSolver> large_solver_;
   WarmStart warm_start_;
   RestingPairs<WarmStart::Kept, uint64_t> resting_;  // by serials
   std::vector<uint64_t> woken_;                      // since the last solve
@@ -122,16 +132,13 @@ class World final : public BackendWorld {
 
   struct Solved {
     uint32_t point = 0;  // in the contact buffer
-    uint32_t island = 0;
-    double sign = 1;  // -1 where the solver pushed a instead of b
+    double sign = 1;     // -1 where the solver pushed a instead of b
   };
   // Kept between calls for their memory only.
-  std::vector<EntityRow> held_rows_;
-  std::vector<EntityRow> solved_rows_;  // of the group that is being solved
   Islands islands_;
-  std::vector<Pushes> pushes_;        // by island
-  std::vector<InertiaScale> scales_;  // for the next solve
-  std::vector<Solved> solved_;
+  std::vector<Known> known_;                   // by island
+  std::vector<EntityRow> scaled_;              // who is harder to turn
+  std::vector<Solved> solved_;                 // of the island that is being solved
   std::vector<WarmStart::Recalled> recalled_;  // by contact point
 };
 

@@ -14,29 +14,24 @@ constexpr size_t kWarmContactsMax = 200;
 
 }  // namespace
 
-// Recalls the last solve, and finds the islands of which every pair was there.
+bool World::MayBeWarm(uint32_t number) const {
+  const Islands::Island& island = islands_.islands()[number];
+  return island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
+}
+
+// Recalls the last solve, and what it tells of every island.
 void World::Recognise(const ContactBuffer& contacts) {
   recalled_.assign(contacts.points.size(), {});
-  const auto may_be_warm = [&](uint32_t i) {
-    const Islands::Island& island = islands_.islands()[i];
-    return pushes_[i].way != Way::kDirect && island.joint_rows == 0 && island.contacts <= kWarmContactsMax;
-  };
-  for (uint32_t i = 0; i < pushes_.size(); ++i) {
-    if (may_be_warm(i)) pushes_[i].way = solver_->MayBeBrief() ? Way::kBrief : Way::kWarm;
-  }
+  known_.assign(islands_.islands().size(), {});
   for (const ContactPair& pair : contacts.pairs) {
     const uint32_t island = islands_.IslandOf(pair.entity_a, pair.entity_b);
     if (pair.is_sensor || island == Islands::kNone) continue;
     const bool is_known = RecognisePair(pair, contacts);
-    const auto recalled = std::span(recalled_).subspan(pair.first_point, pair.point_count);
-    if (!may_be_warm(island)) {
-      for (WarmStart::Recalled& point : recalled) point.given.setZero();
-      continue;
-    }
-    Pushes& pushes = pushes_[island];
-    if (!is_known) pushes.way = Way::kCold;
     const auto is_nothing = [](const WarmStart::Recalled& point) { return point.given.isZero(0); };
-    pushes.is_all_given = pushes.is_all_given && std::ranges::none_of(recalled, is_nothing);
+    const auto recalled = std::span(recalled_).subspan(pair.first_point, pair.point_count);
+    Known& known = known_[island];
+    known.is_whole = known.is_whole && is_known;
+    known.is_all_given = known.is_all_given && std::ranges::none_of(recalled, is_nothing);
   }
 }
 

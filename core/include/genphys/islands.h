@@ -26,6 +26,13 @@ class Islands {
   /// By number of the island, in order of their first rows.
   const std::vector<Island>& islands() const { return islands_; }
 
+  /// The bodies of an island, ascending.
+  std::span<const EntityRow> RowsOf(uint32_t island) const { return held_rows_.Of(island); }
+  /// The numbers of the contact pairs that hold it, ascending.
+  std::span<const uint32_t> PairsOf(uint32_t island) const { return pairs_.Of(island); }
+  /// The same of the rows of its joints.
+  std::span<const uint32_t> JointRowsOf(uint32_t island) const { return joint_rows_.Of(island); }
+
   uint32_t IslandOf(EntityRow row) const { return Index(row) < numbers_.size() ? numbers_[Index(row)] : kNone; }
   /// Of a pair of which one side at least can be moved.
   uint32_t IslandOf(EntityRow a, EntityRow b) const {
@@ -34,6 +41,21 @@ class Islands {
   }
 
  private:
+  // Members of all islands, one island after the other.
+  template <typename T>
+  struct Lists {
+    std::vector<uint32_t> begins{};  // by island, and the end of the last one
+    std::vector<T> members{};
+
+    std::span<const T> Of(uint32_t island) const {
+      return std::span(members).subspan(begins[island], begins[island + 1] - begins[island]);
+    }
+    // visit(add) calls add(island, member) for each member, in order; it is called twice, to count them first.
+    template <typename Visit>
+    void Sort(size_t islands, const Visit& visit);
+  };
+
+  void ListMembers(const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
   uint32_t RootOf(uint32_t row);
   void Hold(EntityRow a, EntityRow b);
 
@@ -43,6 +65,9 @@ class Islands {
   std::vector<uint32_t> numbers_;
   std::vector<Island> islands_;
   std::vector<EntityRow> rows_;
+  Lists<EntityRow> held_rows_;
+  Lists<uint32_t> pairs_;
+  Lists<uint32_t> joint_rows_;
 };
 
 }  // namespace genphys

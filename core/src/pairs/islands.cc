@@ -1,6 +1,7 @@
 #include "genphys/islands.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace genphys {
 
@@ -57,6 +58,40 @@ void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const Co
     const uint32_t island = IslandOf(row.a, row.b);
     if (island != kNone) ++islands_[island].joint_rows;
   }
+  ListMembers(contacts, joint_rows);
+}
+
+template <typename T>
+template <typename Visit>
+void Islands::Lists<T>::Sort(size_t islands, const Visit& visit) {
+  begins.assign(islands + 1, 0);
+  visit([&](uint32_t island, T) { ++begins[island + 1]; });
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  members.resize(begins.back());
+  visit([&](uint32_t island, T member) { members[begins[island]++] = member; });
+  // Each begin is now that of the next one.
+  std::shift_right(begins.begin(), begins.end(), 1);
+  begins[0] = 0;
+}
+
+void Islands::ListMembers(const ContactBuffer& contacts, std::span<const JointRow> joint_rows) {
+  held_rows_.Sort(islands_.size(), [&](auto add) {
+    for (const EntityRow row : rows_) {
+      if (held_[Index(row)]) add(numbers_[Index(row)], row);
+    }
+  });
+  pairs_.Sort(islands_.size(), [&](auto add) {
+    for (uint32_t i = 0; i < contacts.pairs.size(); ++i) {
+      const uint32_t island = IslandOf(contacts.pairs[i].entity_a, contacts.pairs[i].entity_b);
+      if (island != kNone && IsHeldBy(contacts, contacts.pairs[i])) add(island, i);
+    }
+  });
+  joint_rows_.Sort(islands_.size(), [&](auto add) {
+    for (uint32_t i = 0; i < joint_rows.size(); ++i) {
+      const uint32_t island = IslandOf(joint_rows[i].a, joint_rows[i].b);
+      if (island != kNone) add(island, i);
+    }
+  });
 }
 
 uint32_t Islands::RootOf(uint32_t row) {
