@@ -1,11 +1,13 @@
 // What happens in one place goes on as if nothing happened elsewhere, to the last bit.
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
 #include "support/random.h"
+#include "support/random_scene.h"
 
 namespace genphys::testing {
 namespace {
@@ -86,6 +88,21 @@ struct Course {
   bool operator==(const Course&) const = default;
 };
 
+std::vector<EntityId> EntitiesIn(const World& world) {
+  std::vector<EntityId> all;
+  std::ranges::copy_if(world.state().ids, std::back_inserter(all), [](EntityId id) { return !id.is_null(); });
+  return all;
+}
+
+Course CourseOf(const World& world, const std::vector<EntityId>& ids) {
+  Course course;
+  for (const EntityId id : ids) {
+    course.positions.push_back(PositionOf(world, id));
+    course.velocities.push_back(VelocityOf(world, id));
+  }
+  return course;
+}
+
 // In steps of 1/60 s, with `others` beside it that were there before and others that come after it.
 std::vector<Course> CoursesOf(const std::string& engine, Scene scene, const std::vector<Scene>& others, int steps) {
   const auto world = testing::MakeWorld(WorldDesc{.engine = engine, .default_auto_disable = {.enabled = false}});
@@ -99,11 +116,7 @@ std::vector<Course> CoursesOf(const std::string& engine, Scene scene, const std:
   std::vector<Course> courses;
   for (int step = 0; step < steps; ++step) {
     Steps(*world, 1);
-    Course& course = courses.emplace_back();
-    for (const EntityId id : ids) {
-      course.positions.push_back(PositionOf(*world, id));
-      course.velocities.push_back(VelocityOf(*world, id));
-    }
+    courses.push_back(CourseOf(*world, ids));
   }
   return courses;
 }
@@ -132,6 +145,42 @@ TEST_P(FarApart, IsWhatHangsFromWhatLies) {
   ExpectNoMatter(GetParam(), Chain, {Net, Tower, Chain}, 120);
   ExpectNoMatter(GetParam(), Net, {Net, Heap, Chain}, 120);
   ExpectNoMatter(GetParam(), Tower, {Net, Chain}, 120);
+}
+
+TEST_P(FarApart, AreOthersFromAnyScene) {
+  constexpr int kScenes = 30, kSteps = 80;
+  constexpr double kFar = 400;  // m
+  for (uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const RandomScene alone = MakeRandomScene({GetParam()}, seed), among = MakeRandomScene({GetParam()}, seed);
+    const std::vector<EntityId> ids = EntitiesIn(*alone.world);
+    for (int i = 0; i < 10; ++i) TumblingDrum(*among.world, kFar + i);
+    Tower(*among.world, kFar + kAway);
+    Chain(*among.world, kFar + 2 * kAway);
+    int step = 0;
+    while (step < kSteps && CourseOf(*alone.world, ids) == CourseOf(*among.world, ids)) {
+      Steps(*alone.world, 1);
+      Steps(*among.world, 1);
+      ++step;
+    }
+    EXPECT_EQ(step, kSteps) << "scene " << seed;
+  }
+}
+
+// Forces are told anew for every step, as a controller does.
+TEST_P(FarApart, AreThoseWhoArePushed) {
+  Proves({Claim::kForce});
+  for (uint64_t seed = 1; seed <= 25; ++seed) {
+    const RandomScene alone = MakeRandomScene({GetParam()}, seed), among = MakeRandomScene({GetParam()}, seed);
+    const std::vector<EntityId> ids = EntitiesIn(*alone.world);
+    Add(*alone.world, Crate({400, 0, 20}));
+    const EntityId pushed = Add(*among.world, Crate({400, 0, 20}));
+    for (int step = 0; step < 80; ++step) {
+      Do(*among.world, ApplyForce{.id = pushed, .force = {1, 0, 0}});
+      Steps(*alone.world, 1);
+      Steps(*among.world, 1);
+    }
+    EXPECT_EQ(CourseOf(*alone.world, ids), CourseOf(*among.world, ids)) << "scene " << seed;
+  }
 }
 
 }  // namespace

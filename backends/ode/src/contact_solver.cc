@@ -111,6 +111,7 @@ void ContactSolver::Trim(uint32_t count) {
 
 void ContactSolver::Begin(uint32_t count, double step_size) {
   EmptyGroup();
+  composer_.ReturnWeights();
   given_.clear();
   torsion_softness_ = 0;
   // New joints start from the softness of the world.
@@ -133,6 +134,11 @@ void ContactSolver::EmptyGroup() {
 }
 
 void ContactSolver::Grow(uint32_t count) {
+  // ODE goes through its bodies from the last created to the first. Those that only stand for sides stay the last, or
+  // what is left over by a solve would depend on how many bodies there were before.
+  composer_.DropShafts();
+  for (dxBody* const turner : turners_) dBodyDestroy(turner);
+  turners_.clear();
   while (bodies_.size() < count) {
     dBodyID body = dBodyCreate(world_);
     // What the velocity says is what the body turns, by the exponential map; the layer owns the gyroscopic terms.
@@ -293,6 +299,7 @@ dxBody* ContactSolver::OtherBody(const ContactConstraint& contact) {
   dBodyID turner = turners_[turner_count_++];
   dBodyEnable(turner);
   dBodySetPosition(turner, contact.position.x(), contact.position.y(), contact.position.z());
+  SetUpright(turner);
   dBodySetLinearVel(turner, 0, 0, 0);
   dBodySetAngularVel(turner, contact.other_spin.x(), contact.other_spin.y(), contact.other_spin.z());
   return turner;

@@ -223,6 +223,7 @@ dxBody* RowComposer::AddShaft(dxBody* body, const Vector3& axis, const Vector3& 
   dBodySetMass(shaft, &shaft_mass);
   const Vector3 spin = axis * axis.dot(FromOde(dBodyGetAngularVel(body)));
   dBodySetPosition(shaft, center.x(), center.y(), center.z());
+  SetUpright(shaft);
   dBodySetLinearVel(shaft, 0, 0, 0);
   dBodySetAngularVel(shaft, spin.x(), spin.y(), spin.z());
 
@@ -242,9 +243,19 @@ void RowComposer::TakeImpulses() {
     composed.row->impulse =
         composed.scale * step_size_ * composed.axis.dot(FromOde(composed.is_push ? feedback.f1 : feedback.t1));
   }
+  ReturnWeights();
+}
+
+void RowComposer::ReturnWeights() {
   // In the order back, for a body may have lent more than once.
   for (; !weights_.empty(); weights_.pop_back()) dBodySetMass(weights_.back().body, &weights_.back().mass);
   for (; shaft_count_ > 0; --shaft_count_) dBodyDisable(shafts_[shaft_count_ - 1]);
+}
+
+void RowComposer::DropShafts() {
+  ReturnWeights();
+  for (dxBody* const shaft : shafts_) dBodyDestroy(shaft);
+  shafts_.clear();
 }
 
 }  // namespace genphys::ode_backend

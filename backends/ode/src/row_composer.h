@@ -39,6 +39,10 @@ class RowComposer {
   void Begin(size_t count, double step_size);
   /// Adds the rows of one block. All of them are between the same bodies, of which one can be moved.
   void Add(std::span<const Row> block);
+  /// Gives bodies back what they lent to others of a solve that is over, or was given up.
+  void ReturnWeights();
+  /// Destroys the bodies that it has of its own, to make new ones when it needs them.
+  void DropShafts();
   /// Writes impulses back into the rows, once the world has stepped.
   void TakeImpulses();
 

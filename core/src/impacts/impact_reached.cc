@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 
+#include "impacts/blow_groups.h"
 #include "impacts/impacts.h"
 #include "motion/free_rotation.h"
 
@@ -16,11 +17,13 @@ constexpr double kStraight = 0.1;
 // rad: between faces that are one.
 constexpr double kLevel = 1e-6;
 
-// Whether one of `others` hits one of the two of `blow` in the same direction.
-bool IsLevelWithAny(const Blow& blow, std::span<const Blow> others) {
+// Whether one of `others` hits what moves of `blow` in the same direction.
+bool IsLevelWithAny(const Blow& blow, std::span<const Blow> others, std::span<const StruckBody> bodies) {
   return std::ranges::any_of(others, [&](const Blow& other) {
-    const bool is_on_same = other.body_a == blow.body_a || other.body_b == blow.body_b;
-    return is_on_same && other.normal.cross(blow.normal).squaredNorm() < kLevel * kLevel;
+    const auto hits = [&](uint32_t body) {
+      return bodies[body].inverse_mass > 0 && (other.body_a == body || other.body_b == body);
+    };
+    return (hits(blow.body_a) || hits(blow.body_b)) && other.normal.cross(blow.normal).squaredNorm() < kLevel * kLevel;
   });
 }
 
@@ -37,24 +40,48 @@ double Impacts::GapOf(std::span<const MeetingPoint> points) {
 // back by the edge of the next one, which is behind.
 void Impacts::DropUnreached() {
   if (candidates_.size() < 2 || !FindApart()) return;
-  std::vector<Blow> first;
-  for (size_t i = 0; i < blows_.size(); ++i) {
-    if (blow_pairs_[i]->is_apart) continue;
-    first.push_back(blows_[i]);
-    Ask(first.back(), blow_pairs_[i]->pair);
-  }
+  std::vector<Blow> first = BlowsBesideApart();
   std::vector<StruckBody> after = bodies_;
   Restitute(first, after, ties_);
   for (Candidate& candidate : candidates_) candidate.is_apart = candidate.is_apart && !Reaches(candidate, after);
+  // What lands flat on several does so as on one.
+  KeepBlows([&](size_t i) { return !blow_pairs_[i]->is_apart || IsLevelWithAny(blows_[i], first, bodies_); });
+}
+
+// Those for which `stays` says so.
+void Impacts::KeepBlows(absl::FunctionRef<bool(size_t)> stays) {
   size_t kept = 0;
   for (size_t i = 0; i < blows_.size(); ++i) {
-    // What lands flat on several does so as on one.
-    if (blow_pairs_[i]->is_apart && !IsLevelWithAny(blows_[i], first)) continue;
+    if (!stays(i)) continue;
     blows_[kept] = blows_[i];
     blow_pairs_[kept++] = blow_pairs_[i];
   }
   blows_.resize(kept);
   blow_pairs_.resize(kept);
+}
+
+// Calls visit(blows), their numbers, for each of the groups that have no body in common that can move.
+void Impacts::VisitTogether(absl::FunctionRef<void(std::span<const uint32_t>)> visit) const {
+  std::vector<uint32_t> together;
+  BlowGroups(blows_, bodies_, ties_)
+      .Walk([&](uint32_t i) { together.push_back(i); },
+            [&] {
+              visit(together);
+              together.clear();
+            });
+}
+
+// Those that happen, of all that hang together with somebody who may not be reached.
+std::vector<Blow> Impacts::BlowsBesideApart() {
+  std::vector<Blow> beside;
+  const auto is_apart = [&](uint32_t i) { return blow_pairs_[i]->is_apart; };
+  VisitTogether([&](std::span<const uint32_t> together) {
+    if (std::ranges::none_of(together, is_apart)) return;
+    for (const uint32_t i : together) {
+      if (!is_apart(i)) Ask(beside.emplace_back(blows_[i]), blow_pairs_[i]->pair);
+    }
+  });
+  return beside;
 }
 
 // Says so of candidates. Returns whether there are any.

@@ -161,7 +161,10 @@ void Impacts::ChooseSupports(const Group& group) {
   supports_.erase(std::ranges::find_if(others, is_too_far), others.end());
 }
 
+// To blows on those that they bear.
 void Impacts::AddSupportBlows() {
+  if (blows_.empty() || supports_.empty()) return;
+  const size_t count = blows_.size();
   for (const Candidate& support : supports_) {
     // A corner that stands a little off takes part, too: else what is hit would tip over the others.
     Manifold manifold;
@@ -170,6 +173,13 @@ void Impacts::AddSupportBlows() {
       AddBlow(support, point.position, point.normal);
     }
   }
+  // Who was thought to be hit and is not leaves them alone.
+  std::vector<uint8_t> bears(blows_.size(), true);
+  VisitTogether([&](std::span<const uint32_t> together) {
+    const bool are_alone = std::ranges::all_of(together, [&](uint32_t i) { return i >= count; });
+    for (const uint32_t i : together) bears[i] = !are_alone;
+  });
+  KeepBlows([&](size_t i) { return bears[i] != 0; });
 }
 
 // What sped up a body on the ground on its way to where it is, m/s^2.

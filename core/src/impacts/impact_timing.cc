@@ -208,15 +208,13 @@ ImpactMotion Impacts::MotionOf(EntityRow entity) const {
 }
 
 void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
-  const ImpactMotion a = MotionOf(pair.entity_a), b = MotionOf(pair.entity_b);
-  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
-               Placed(pair.geometry_b, b, time_b), gap, manifold);
+  FindMeeting(pair, MotionOf(pair.entity_a), time_a, MotionOf(pair.entity_b), time_b, gap, manifold);
 }
 
-double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const {
-  const StruckBody a = MotionOf(candidate.pair.entity_a).BodyBefore(time_a);
-  const StruckBody b = MotionOf(candidate.pair.entity_b).BodyBefore(time_b);
-  return (a.VelocityAt(point.position) - b.VelocityAt(point.position)).dot(point.normal);
+void Impacts::FindMeeting(const ContactPair& pair, const ImpactMotion& a, double time_a, const ImpactMotion& b,
+                          double time_b, double gap, Manifold& manifold) const {
+  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
+               Placed(pair.geometry_b, b, time_b), gap, manifold);
 }
 
 // Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that graze
@@ -225,9 +223,10 @@ double Impacts::ClosingAt(const Candidate& candidate, double time_a, double time
 void Impacts::Refine(Candidate& candidate) const {
   const double way = candidate.closing * step_size_;
   const double tolerance = DepthOfImpact(way);
-  const double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
+  double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
   const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
              goes_b = GoesBack(candidate.pair.entity_b, candidate);
+  const ImpactMotion a = MotionOf(candidate.pair.entity_a), b = MotionOf(candidate.pair.entity_b);
   const double since = FreeSince(candidate.pair);
   double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
   struct Look {
@@ -238,7 +237,7 @@ void Impacts::Refine(Candidate& candidate) const {
   Manifold manifold;
   for (int look = 0; look < kLooksMax; ++look) {
     const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
-    FindMeeting(candidate.pair, time_a, time_b, gap, manifold);
+    FindMeeting(candidate.pair, a, time_a, b, time_b, gap, manifold);
     double depth = -gap;
     const MeetingPoint* deepest = nullptr;
     for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
@@ -246,7 +245,11 @@ void Impacts::Refine(Candidate& candidate) const {
       depth = point.depth;
       deepest = &point;
     }
-    const auto closes = [&] { return ClosingAt(candidate, time_a, time_b, *deepest) > 0; };
+    const auto closes = [&] {
+      const Vector3 approach =
+          a.BodyBefore(time_a).VelocityAt(deepest->position) - b.BodyBefore(time_b).VelocityAt(deepest->position);
+      return approach.dot(deepest->normal) > 0;
+    };
     const bool is_near = depth >= 0 && depth <= tolerance;
     // When they were hit last they touched as well, and part.
     if (is_near && (since == step_size_ || closes())) break;
@@ -258,6 +261,8 @@ void Impacts::Refine(Candidate& candidate) const {
     const bool is_between = last && lacking * last->lacking < 0;
     const double rate = is_between ? (last->lacking - lacking) / (time - last->time) : candidate.closing;
     last = deepest != nullptr ? std::optional<Look>({time, lacking}) : std::nullopt;
+    // Along the chord of a bent way they seemed to meet long before they do.
+    if (deepest == nullptr) gap *= 2;
     double next = time + lacking / rate;
     if (!(next > touching && next >= 0 && next < apart)) next = (std::max(touching, 0.0) + apart) / 2;
     if (next == time) break;

@@ -49,19 +49,24 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   blow_pairs_.reserve(blows_.capacity());
   for (Candidate& candidate : candidates_) AddBlows(contacts, candidate);
   DropUnreached();
-  if (!blows_.empty()) AddSupportBlows();
+  AddSupportBlows();
+  bool has_hit = false;
   if (!blows_.empty()) {
     Separate();
     Record();
-    Apply(RestOfStep());
+    has_hit = MarkHit();
+    if (has_hit) Apply(RestOfStep());
   }
   world_.struck_index.Clear();
   world_.group_of.Clear();
   world_.earliest.Clear();
-  if (blows_.empty()) return false;
-  // What only seems to close, for joints are about to change that, would do so again.
-  const bool has_hit = std::ranges::any_of(blows_, [](const Blow& blow) { return blow.impulse > 0; });
-  return has_hit || !waiting_.empty() || ties_.empty();
+  return has_hit || !waiting_.empty();
+}
+
+void Impacts::MarkStruck(RowMarks& marks) const {
+  for (const Struck& struck : struck_) {
+    if (struck.is_hit && struck.motion.is_movable()) marks.Mark(struck.row);
+  }
 }
 
 std::vector<EntityRow> Impacts::WaitingSwept() const {
@@ -280,6 +285,30 @@ Vector3 Impacts::Ask(Blow& blow, const ContactPair& pair) const {
   return approach;
 }
 
+// Who goes on from the time of a blow. What joints hold and nothing hits, with all that hangs together with it, goes on
+// as if nobody had looked: what only seems to close, for joints are about to change that, would do so again. What is
+// free may be hit later. Returns whether there is anybody.
+bool Impacts::MarkHit() {
+  bool is_any = false;
+  const auto goes_on = [&](uint32_t i) {
+    const bool is_tied = !ties_.With(blows_[i].body_a).empty() || !ties_.With(blows_[i].body_b).empty();
+    return blows_[i].impulse > 0 || !is_tied;
+  };
+  const auto mark = [&](uint32_t body) {
+    struck_[body].is_hit = true;
+    for (const uint32_t each : ties_.With(body)) struck_[each].is_hit = true;
+  };
+  VisitTogether([&](std::span<const uint32_t> together) {
+    if (std::ranges::none_of(together, goes_on)) return;
+    is_any = true;
+    for (const uint32_t i : together) {
+      mark(blows_[i].body_a);
+      mark(blows_[i].body_b);
+    }
+  });
+  return is_any;
+}
+
 void Impacts::Separate() {
   approaches_.clear();
   approaches_.reserve(blows_.size());
@@ -380,7 +409,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
   const std::vector<Arrival> arrivals = Arrive(ends);
   for (size_t i = 0; i < struck_.size(); ++i) {
     const Struck& struck = struck_[i];
-    if (!struck.motion.is_movable()) continue;
+    if (!struck.motion.is_movable() || !struck.is_hit) continue;
     const uint32_t row = Index(struck.row);
     HalfStep& half = world_.layer.half_steps[row];
     if (struck.time > 0) {

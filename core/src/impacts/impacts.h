@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "genphys/contact.h"
 #include "genphys/narrow_phase.h"
 #include "genphys/row_marks.h"
@@ -59,9 +60,7 @@ class Impacts {
   const std::vector<FlownWay>& moved() const { return moved_; }
 
   /// Marks whose velocity or place the last Solve() may have changed.
-  void MarkStruck(RowMarks& marks) const {
-    for (const Struck& struck : struck_) marks.Mark(struck.row);
-  }
+  void MarkStruck(RowMarks& marks) const;
 
   /// Who went through another, in pairs of which one was hit by somebody else before: their ways must be looked along
   /// again.
@@ -110,7 +109,8 @@ class Impacts {
   struct Struck {
     EntityRow row{};
     ImpactMotion motion;
-    double time = 0;  // s before the end at which it is hit
+    double time = 0;      // s before the end at which it is hit
+    bool is_hit = false;  // it, or what joints hold it to
     // What its velocity lacks to be as joints let it: the next solve gives it that, and no impact.
     Vector3 lacking_linear = Vector3::Zero();
     Vector3 lacking_angular = Vector3::Zero();
@@ -169,11 +169,11 @@ class Impacts {
   void KeepEarliest();
   void Refine(Candidate& candidate) const;
   bool HasRolled(const Candidate& candidate, double time) const;
-  double ClosingAt(const Candidate& candidate, double time_a, double time_b, const MeetingPoint& point) const;
   void CollectStruck(const ContactBuffer& contacts);
   void AddBlows(const ContactBuffer& contacts, Candidate& candidate);
   Vector3 Ask(Blow& blow, const ContactPair& pair) const;
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
+  bool MarkHit();
   void Separate();
   std::vector<StruckBody> RestOfStep();
   void PushAside(const Blow& support, uint32_t bearer, std::vector<StruckBody>& ends) const;
@@ -187,6 +187,9 @@ class Impacts {
   void AddStruck(EntityRow row, const Candidate& candidate);
   // Who takes part in a blow of others (impact_reached.cc).
   void DropUnreached();
+  std::vector<Blow> BlowsBesideApart();
+  void KeepBlows(absl::FunctionRef<bool(size_t)> stays);
+  void VisitTogether(absl::FunctionRef<void(std::span<const uint32_t>)> visit) const;
   bool FindApart();
   bool Reaches(const Candidate& candidate, std::span<const StruckBody> after) const;
   // m, between two that meet in these points; of none, beyond all.
@@ -247,6 +250,8 @@ class Impacts {
   void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
   void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
   void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
+  void FindMeeting(const ContactPair& pair, const ImpactMotion& a, double time_a, const ImpactMotion& b, double time_b,
+                   double gap, Manifold& manifold) const;
   // Where a geometry is `time` seconds later if its entity turns on as it does now, and goes on at `velocity` where the
   // point is.
   Placement InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,

@@ -218,7 +218,7 @@ void JointStep::Push(JointBody& body, double h) {
   body.linear_velocity = body.linear_given = body.linear_expected = state_.linear_velocities.col(row);
   body.angular_velocity = body.angular_given = body.angular_expected = state_.angular_velocities.col(row);
   const HalfStep& half = layer_.half_steps[row];
-  if (body.is_movable() && (half.restarts || half.is_struck)) may_jolt_ = true;
+  body.begins = body.is_movable() && (half.restarts || half.is_struck);
   if (body.is_movable() && !half.restarts) {
     body.linear_expected += body.interval * half.held_rate;
     body.angular_expected += body.own_inverse * (body.interval * half.held_torque);
@@ -257,7 +257,6 @@ std::vector<JointRow>& JointStep::Write(double h) {
   rows_.clear();
   owners_.clear();
   jolts_.clear();
-  may_jolt_ = false;
   for (JointBody& body : bodies().subspan(1)) Push(body, h);
   for (uint32_t i = 0; i < held_.size(); ++i) {
     Held& held = held_[i];

@@ -162,8 +162,9 @@ class JointStep {
 
   // How fast what is locked moved apart before the forces of the substep acted.
   struct Jolt {
-    double linear = 0;   // m/s
-    double angular = 0;  // rad/s
+    bool may_be = false;  // a body of the island begins anew
+    double linear = 0;    // m/s
+    double angular = 0;   // rad/s
   };
 
   // A motor that may come to what it is to reach in the substep.
@@ -256,8 +257,7 @@ class JointStep {
   std::vector<std::vector<uint32_t>> by_island_;  // rows, by island; none of one that is left to the engine
   std::vector<double> targets_;                   // scratch
   std::vector<JointRow> aimed_;                   // scratch
-  bool may_jolt_ = false;                         // a body begins anew, perhaps as others do not move
-  std::vector<Jolt> jolts_;                       // by island, or none
+  std::vector<Jolt> jolts_;                       // by island; none without rows
   std::vector<TurningMotor> motors_;              // of the island that is solved
   std::vector<Linked> reached_;                   // limits, in the last solve
   std::vector<JointRow> left_rows_;

@@ -102,11 +102,17 @@ bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& ro
 }
 
 void JointStep::FindJolts(std::span<const JointRow> rows) {
-  if (!may_jolt_) return;
   jolts_.assign(islands_.islands().size(), {});
+  bool may_any_be = false;
+  for (const JointBody& body : bodies()) {
+    const uint32_t island = body.begins ? islands_.IslandOf(body.row) : Islands::kNone;
+    if (island != Islands::kNone) may_any_be = jolts_[island].may_be = true;
+  }
+  if (!may_any_be) return;
   for (const JointRow& row : rows) {
     const uint32_t island = islands_.IslandOf(row.a, row.b);
-    if (island == Islands::kNone || row.is_driven || row.lower == 0 || row.upper == 0) continue;
+    if (island == Islands::kNone || !jolts_[island].may_be || row.is_driven || row.lower == 0 || row.upper == 0)
+      continue;
     const JointBody &a = BodyAt(row.a), &b = BodyAt(row.b);
     const double rate = RateOf(row, a, {a.linear_before, a.angular_before}, b, {b.linear_before, b.angular_before});
     Jolt& jolt = jolts_[island];
@@ -222,7 +228,7 @@ void JointStep::AllowWork(double h, std::span<const JointRow> rows, std::span<So
     const uint32_t island = islands_.IslandOf(row.a, row.b);
     if (island == Islands::kNone) continue;
     const auto is_another_point = [&] { return i == 0 || !BendsAlike(rows[i - 1], row); };
-    if (may_jolt_ && row.kind == JointRow::Kind::kLinear && is_another_point()) {
+    if (jolts_[island].may_be && row.kind == JointRow::Kind::kLinear && is_another_point()) {
       energies[island].bend += BendAt(rows, i, h);
     }
     if (!row.is_driven) {

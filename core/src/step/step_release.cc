@@ -128,8 +128,8 @@ DisjointSets StepRun::HangTogether() {
 // Bodies that hang together and lost what held them all, as a pile does whose floor is gone, still touch each other,
 // but what the floor owed them is not given by any solve to come.
 void StepRun::RestartFallen() {
-  // Joints that are undone begin anew by themselves.
-  if (!is_rearranged_ && world_.contacts_.pairs.empty() && world_.layer_.touching.empty()) return;
+  // What was moved takes nothing from anybody but by how it moved. Joints that are undone begin anew by themselves.
+  if (!is_rearranged_) return;
   DisjointSets sets(movers_.size() + 1);
   const auto holds = [&](const ContactPair& pair) { return Holds(pair); };
   VisitHeldTogether(holds, [&](uint32_t a, uint32_t b) { sets.Join(a, b); });

@@ -45,6 +45,12 @@ bool IsSame(const Quaternion& unit, const Quaternion& any) {
   return (any.normalized().coeffs() - unit.coeffs()).cwiseAbs().maxCoeff() <= kRounding;
 }
 
+// Whether it leaves everything where it is and as it moves, so that nobody meets or lets go of anybody by it.
+bool OnlyPushes(const Command& command) {
+  return std::holds_alternative<ApplyForce>(command) || std::holds_alternative<ApplyForceColumns>(command) ||
+         std::holds_alternative<SetMotorColumns>(command);
+}
+
 // After velocity and momentum were changed by that much. What joints hold keeps its leapfrog: what they owe is known
 // better to it than to the columns, and who is pushed at every step would get energy out of that. What is free or
 // touches something starts anew, for how it is held may be another matter from now on.
@@ -63,10 +69,8 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   CommandValidator validator(*this);
   GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
   std::vector<CreatedId> created(commands.size());
-  if (!commands.empty()) {
-    is_settled_ = false;
-    ++changes_;
-  }
+  if (!commands.empty()) ++changes_;
+  if (!std::ranges::all_of(commands, OnlyPushes)) is_settled_ = false;
   const size_t first_event = events_.size();
   try {
     auto prepared = validator.prepared().begin();
