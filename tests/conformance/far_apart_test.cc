@@ -148,7 +148,7 @@ TEST_P(FarApart, IsWhatHangsFromWhatLies) {
 }
 
 TEST_P(FarApart, AreOthersFromAnyScene) {
-  constexpr int kScenes = 30, kSteps = 80;
+  constexpr int kScenes = 40, kSteps = 60;
   constexpr double kFar = 400;  // m
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
     const RandomScene alone = MakeRandomScene({GetParam()}, seed), among = MakeRandomScene({GetParam()}, seed);
