@@ -10,7 +10,6 @@ namespace genphys {
 /// it does not matter what else is solved.
 class Leaps {
  public:
-  static constexpr uint32_t kNone = ~uint32_t{0};
   /// Sweeps after a leap from which on changes tell how it goes on: the first one undoes what the leap did to others,
   /// and the two after it are compared.
   static constexpr int kSweepsBetween = 3;
