@@ -153,7 +153,7 @@ btScalar ContactSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
                                                 constraint_count, info, drawer);
   if (is_solved) return 0;
   stirred_.Begin(changes_, kSettled);
-  if (are_few_) leaps_.Begin(normals_.size() + frictions_.size() + torsions_.size(), 1);
+  if (are_few_) leaps_.Begin(normals_.size() + frictions_.size() + torsions_.size());
   const size_t all = joints_.size() + normals_.size();
   size_t spare = iterations_ == kPresetIterations ? kPointUpdates : 0;
   for (int sweep = 1;; ++sweep) {
@@ -271,14 +271,13 @@ void ContactSolver::VisitRows(Visit visit) {
 }
 
 bool ContactSolver::Leap() {
-  constexpr uint32_t kOnly = 0;
   leaps_.BeginSweep();
-  VisitRows([&](const SolverRow& row, double, double) { leaps_.Note(kOnly, row.impulse, row.mobility); });
+  VisitRows([&](const SolverRow& row, double, double) { leaps_.Note(row.impulse, row.mobility); });
   if (!leaps_.Decide()) return !leaps_.leads_nowhere();
   size_t number = 0;
   VisitRows([&](SolverRow& row, double lower, double upper) {
     const double before = row.impulse;
-    row.impulse = std::clamp(before + leaps_.Of(number++, kOnly), lower, upper);
+    row.impulse = std::clamp(before + leaps_.Of(number++), lower, upper);
     const double change = row.impulse - before;
     Apply(row, change, ChangeOf(row.a), ChangeOf(row.b));
     stirred_.Note(row.a, row.b, change * row.mobility);

@@ -154,7 +154,7 @@ class Group {
         leaps_.Forget();
       } else if (!are_few && (may_leap || progress.IsSteady()) && sweep + Leaps::kSweepsBetween <= sweeps_max &&
                  turns + Leaps::kSweepsBetween * blows_.size() <= turns_max) {
-        if (!std::exchange(may_leap, true)) leaps_.Begin(kAxes * blows_.size(), 1);
+        if (!std::exchange(may_leap, true)) leaps_.Begin(kAxes * blows_.size());
         Leap(sweep);
       }
     }
@@ -254,13 +254,13 @@ class Group {
   void Leap(uint32_t sweep) {
     leaps_.BeginSweep();
     for (const Settling& settling : blows_) {
-      for (int i = 0; i < kAxes; ++i) leaps_.Note(0, settling.impulse()[i], settling.Softness(i));
+      for (int i = 0; i < kAxes; ++i) leaps_.Note(settling.impulse()[i], settling.Softness(i));
     }
     if (!leaps_.Decide()) return;
     size_t number = 0;
     for (Settling& settling : blows_) {
       Vector3 far;
-      for (double& each : far) each = leaps_.Of(number++, 0);
+      for (double& each : far) each = leaps_.Of(number++);
       settling.Leap(far, speeds_, passed_);
       NoteChange(settling.blow(), sweep);
     }

@@ -14,28 +14,20 @@ constexpr double kEndless = 0.995;
 
 }  // namespace
 
-void Leaps::Begin(size_t rows, size_t islands) {
+void Leaps::Begin(size_t rows) {
   rows_.assign(rows, {});
-  islands_.assign(islands, {});
-}
-
-void Leaps::Forget() {
-  for (Island& island : islands_) island.since = 0;
+  since_ = 0;
 }
 
 bool Leaps::Decide() {
-  bool is_any = false;
-  leads_nowhere_ = true;
-  for (Island& island : islands_) {
-    const double part = island.before > 0 ? island.along / island.before : 0;
-    const double across = island.now - part * island.along;
-    const bool is_known = ++island.since >= kSweepsBetween && across <= kAstray * kAstray * island.now;
-    const bool leaps = is_known && part > kSlow && part < kTooSlow;
-    leads_nowhere_ = leads_nowhere_ && is_known && (part >= kEndless || island.now == 0);
-    island = {.since = leaps ? 0 : island.since, .far = leaps ? part / (1 - part) : 0};
-    is_any = is_any || leaps;
-  }
-  return is_any;
+  const double part = before_ > 0 ? along_ / before_ : 0;
+  const double across = now_ - part * along_;
+  const bool is_known = ++since_ >= kSweepsBetween && across <= kAstray * kAstray * now_;
+  const bool leaps = is_known && part > kSlow && part < kTooSlow;
+  leads_nowhere_ = is_known && (part >= kEndless || now_ == 0);
+  far_ = leaps ? part / (1 - part) : 0;
+  if (leaps) since_ = 0;
+  return leaps;
 }
 
 }  // namespace genphys
