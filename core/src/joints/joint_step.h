@@ -254,12 +254,12 @@ class JointStep {
   std::vector<InertiaScale> scales_;
   Islands islands_;
   RowSolver solver_;
-  std::vector<std::vector<uint32_t>> by_island_;  // rows, by island; none of one that is left to the engine
-  std::vector<double> targets_;                   // scratch
-  std::vector<JointRow> aimed_;                   // scratch
-  std::vector<Jolt> jolts_;                       // by island; none without rows
-  std::vector<TurningMotor> motors_;              // of the island that is solved
-  std::vector<Linked> reached_;                   // limits, in the last solve
+  std::vector<uint8_t> is_solved_;    // by island: not left to the engine
+  std::vector<double> targets_;       // scratch
+  std::vector<JointRow> aimed_;       // scratch
+  std::vector<Jolt> jolts_;           // by island; none without rows
+  std::vector<TurningMotor> motors_;  // of the island that is solved
+  std::vector<Linked> reached_;       // limits, in the last solve
   std::vector<JointRow> left_rows_;
   std::vector<uint32_t> left_;  // in rows
 };

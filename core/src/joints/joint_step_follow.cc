@@ -134,7 +134,7 @@ bool JointStep::SolveAgain(uint32_t island) {
 
 // After a solve of an island that IsResolved().
 bool JointStep::Follow(uint32_t island, double h, std::vector<JointRow>& rows) {
-  const std::vector<uint32_t>& mine = by_island_[island];
+  const std::span<const uint32_t> mine = islands_.JointRowsOf(island);
   const auto turns = [&](uint32_t moved) { return bodies_[moved].angular_given.norm() * h > kFollowedTurn; };
   const bool is_slow = std::ranges::none_of(solver_.moved(), turns);
   bool is_aimed = is_slow;

@@ -59,7 +59,7 @@ double JointStep::RateAfter(const JointRow& row) const {
 
 bool JointStep::SolveAnew(uint32_t island, std::vector<JointRow>& rows) {
   for (const uint32_t moved : solver_.moved()) bodies_[moved].Return();
-  return solver_.Solve(island, rows, by_island_[island], body_of_, bodies());
+  return solver_.Solve(island, rows, islands_.JointRowsOf(island), body_of_, bodies());
 }
 
 // kg or kg*m^2: what the row finds at most where joints hold its bodies together with others, and with none in a ring:
@@ -113,7 +113,7 @@ std::pair<JointStep::TurningMotor*, double> JointStep::FirstThere(std::span<cons
 
 // After a solve. False: the numbers do not suffice for another one.
 bool JointStep::TurnMotors(uint32_t island, std::vector<JointRow>& rows) {
-  FindTurning(by_island_[island], rows);
+  FindTurning(islands_.JointRowsOf(island), rows);
   // What contradicts itself is not solved alike twice.
   if (solver_.is_swept()) motors_.clear();
   double left = 1;

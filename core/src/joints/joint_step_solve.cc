@@ -87,7 +87,7 @@ bool JointStep::IsSurprised(std::span<const JointRow> rows, std::span<const uint
 }
 
 bool JointStep::SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows) {
-  const std::vector<uint32_t>& mine = by_island_[island];
+  const std::span<const uint32_t> mine = islands_.JointRowsOf(island);
   for (int surprises = 0;; ++surprises) {
     if (!solver_.Solve(island, rows, mine, body_of_, bodies())) return false;
     if (surprises == kSurprisesMax || !IsSurprised(rows, mine, h)) break;
@@ -130,8 +130,8 @@ bool JointStep::IsJolted(EntityRow row, const Vector3& gained, const Vector3& tu
 }
 
 bool JointStep::SolveQuietly(uint32_t island, std::vector<JointRow>& rows) {
-  if (island >= by_island_.size() || by_island_[island].empty()) return false;
-  const std::vector<uint32_t>& mine = by_island_[island];
+  if (island >= is_solved_.size() || !is_solved_[island]) return false;
+  const std::span<const uint32_t> mine = islands_.JointRowsOf(island);
   targets_.clear();
   for (const uint32_t i : mine) {
     JointRow& row = rows[i];
@@ -180,24 +180,21 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   if (rows.empty()) return rows;
   islands_.Find(state_.rows(), moving, contacts, rows);
   FindJolts(rows);
-  for (std::vector<uint32_t>& list : by_island_) list.clear();
+  is_solved_.assign(islands_.islands().size(), false);
   if (solver == Solver::kIterative) return rows;
-  if (by_island_.size() < islands_.islands().size()) by_island_.resize(islands_.islands().size());
   for (uint32_t i = 0; i < rows.size(); ++i) {
-    const uint32_t island = islands_.IslandOf(rows[i].a, rows[i].b);
-    if (island == Islands::kNone || islands_.islands()[island].contacts > 0) {
-      left_.push_back(i);
-    } else {
-      by_island_[island].push_back(i);
-    }
+    if (islands_.IslandOf(rows[i].a, rows[i].b) == Islands::kNone) left_.push_back(i);
   }
   for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
-    std::vector<uint32_t>& list = by_island_[island];
-    if (list.empty() || SolveIsland(island, h, rows)) continue;
+    const std::span<const uint32_t> mine = islands_.JointRowsOf(island);
+    const bool touches_nothing = islands_.islands()[island].contacts == 0;
+    if (mine.empty()) continue;
+    is_solved_[island] = touches_nothing && SolveIsland(island, h, rows);
+    if (is_solved_[island]) continue;
+    left_.insert(left_.end(), mine.begin(), mine.end());
+    if (!touches_nothing) continue;
     // Of solves before one that failed.
-    for (const uint32_t i : list) rows[i].impulse = 0;
-    left_.insert(left_.end(), list.begin(), list.end());
-    list.clear();
+    for (const uint32_t i : mine) rows[i].impulse = 0;
   }
   for (JointBody& body : bodies()) {
     if (!body.is_movable()) continue;
