@@ -151,24 +151,6 @@ void World::RecogniseContacts(ContactBuffer& contacts) {
   warm_start_.End();
 }
 
-// How unevenly pushes of its contacts meet what they move.
-double World::SpreadOf(uint32_t number, const ContactBuffer& contacts) {
-  PushSpread spread;
-  for (const uint32_t i : islands_.PairsOf(number)) {
-    const ContactPair& pair = contacts.pairs[i];
-    for (const EntityRow row : {pair.entity_a, pair.entity_b}) {
-      if (islands_.IslandOf(row) == Islands::kNone) continue;
-      const Body& pushed = body(row);
-      const Vector3 center = pushed.pose.Transform(pushed.center_of_mass);
-      const double inverse_inertia = pushed.moments.cwiseInverse().norm();
-      for (const ContactPoint& point : PointsOf(pair, contacts)) {
-        spread.Note(point.position - center, pushed.rigid->getInvMass(), inverse_inertia);
-      }
-    }
-  }
-  return spread.Value();
-}
-
 bool World::IsDirect(uint32_t number, const ContactBuffer& contacts) {
   const Islands::Island& island = islands_.islands()[number];
   if (settings_.solver == Solver::kIterative) return false;
@@ -176,7 +158,13 @@ bool World::IsDirect(uint32_t number, const ContactBuffer& contacts) {
     return island.contacts <= kDirectContactsMax && island.joint_rows <= kDirectRowsMax;
   }
   if (island.joint_rows == 0) {
-    return island.contacts <= kUnevenPointsMax && SpreadOf(number, contacts) >= PushSpread::kUneven;
+    if (island.contacts > kUnevenPointsMax) return false;
+    const auto mass_of = [&](EntityRow row) -> PushSpread::Mass {
+      const Body& pushed = body(row);
+      return {pushed.pose.Transform(pushed.center_of_mass), pushed.rigid->getInvMass(),
+              pushed.moments.cwiseInverse().norm()};
+    };
+    return PushSpread::Of(islands_, number, contacts, {}, mass_of) >= PushSpread::kUneven;
   }
   return 3 * island.contacts + island.joint_rows <= kAutomaticRowsMax;
 }

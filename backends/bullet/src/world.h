@@ -42,7 +42,6 @@ class World final : public BackendWorld {
   void ForgetRemoved();
   void RecogniseContacts(ContactBuffer& contacts);
   Body* Load(Body& body, const StateArrays& state);
-  double SpreadOf(uint32_t number, const ContactBuffer& contacts);
   bool IsDirect(uint32_t number, const ContactBuffer& contacts);
   void SolveIsland(uint32_t number, double step_size, const StateArrays& state, ContactBuffer& contacts,
                    std::span<JointRow> joint_rows);

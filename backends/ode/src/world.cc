@@ -126,10 +126,16 @@ void World::ScaleInertia(std::span<const InertiaScale> scales) {
   }
 }
 
-// Each island by itself: how many sweeps it gets, in what order ODE takes its rows, and what becomes of it when the
-// exact solver gives up must not depend on what is elsewhere.
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
+  SolveIslands(step_size, rows, state, contacts, joint_rows);
+  TrimSolvers();
+}
+
+// Each island by itself: how many sweeps it gets, in what order ODE takes its rows, and what becomes of it when the
+// exact solver gives up must not depend on what is elsewhere.
+void World::SolveIslands(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                         std::span<JointRow> joint_rows) {
   PrepareThread();
   islands_.Find(state.rows(), rows, contacts, joint_rows);
   for (EntityRow row : rows) {
@@ -138,7 +144,6 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   }
   BringBack();
   warm_start_.Begin();
-  TrimSolvers();
   if (islands_.islands().empty()) return;
   Recognise(contacts);
   for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
@@ -149,7 +154,7 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
   warm_start_.End(contacts.points);
 }
 
-// Bodies that were in use need not be any more.
+// Bodies that were in use in solves before this one need not be any more.
 void World::TrimSolvers() {
   size_t most = 0;
   for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
@@ -170,31 +175,8 @@ void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateA
                        std::span<JointRow> joint_rows) {
   WarmStart remembered = warm_start_;
   warm_start_.TakeBack();
-  Solve(step_size, rows, state, contacts, joint_rows);
+  SolveIslands(step_size, rows, state, contacts, joint_rows);
   warm_start_ = std::move(remembered);
-}
-
-// How unevenly pushes of its contacts and joints meet what they move.
-double World::SpreadOf(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
-                       std::span<const JointRow> joint_rows) const {
-  PushSpread spread;
-  const auto note = [&](const Vector3& point, EntityRow row) {
-    if (islands_.IslandOf(row) == Islands::kNone) return;
-    const Body& body = bodies_[Index(row)];
-    spread.Note(point - MotionOf(row, state).position, 1 / body.mass.mass, body.mass.inverse_tensor.norm());
-  };
-  for (const uint32_t i : islands_.PairsOf(island)) {
-    const ContactPair& pair = contacts.pairs[i];
-    for (const ContactPoint& point : std::span(contacts.points).subspan(pair.first_point, pair.point_count)) {
-      for (const EntityRow row : {pair.entity_a, pair.entity_b}) note(point.position, row);
-    }
-  }
-  for (const uint32_t i : islands_.JointRowsOf(island)) {
-    const JointRow& row = joint_rows[i];
-    if (row.kind != JointRow::Kind::kLinear) continue;
-    for (const EntityRow side : {row.a, row.b}) note(row.point, side);
-  }
-  return spread.Value();
 }
 
 World::Attempt World::FirstAttempt(uint32_t number, const StateArrays& state, const ContactBuffer& contacts,
@@ -202,7 +184,11 @@ World::Attempt World::FirstAttempt(uint32_t number, const StateArrays& state, co
   const Islands::Island& island = islands_.islands()[number];
   Attempt attempt{.island = number};
   if (settings_.solver != Solver::kIterative && !has_failed_directly_ && IsDirectWanted(island)) {
-    const double spread = SpreadOf(number, state, contacts, joint_rows);
+    const auto mass_of = [&](EntityRow row) -> PushSpread::Mass {
+      const MassProperties& mass = bodies_[Index(row)].mass;
+      return {MotionOf(row, state).position, 1 / mass.mass, mass.inverse_tensor.norm()};
+    };
+    const double spread = PushSpread::Of(islands_, number, contacts, joint_rows, mass_of);
     const bool is_uneven = island.joint_rows == 0 && spread >= PushSpread::kUneven;
     if (is_uneven) attempt.softness = std::max(kLeastSoftness, 1 / spread);
     const bool is_easy = settings_.solver == Solver::kAutomatic && island.joint_rows == 0 && !is_uneven;

@@ -88,13 +88,13 @@ class World final : public BackendWorld {
   static bool StartsFromGiven(Way way) { return way == Way::kBrief || way == Way::kWarm; }
   void PlaceMoved(GeometryRow row);
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
+  void SolveIslands(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                    std::span<JointRow> joint_rows);
   void TrimSolvers();
   std::optional<ContactSolver>& SolverOf(uint32_t island);
   Attempt FirstAttempt(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
                        std::span<const JointRow> joint_rows) const;
   bool IsDirectWanted(const Islands::Island& island) const;
-  double SpreadOf(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
-                  std::span<const JointRow> joint_rows) const;
   bool MayBeWarm(uint32_t island) const;
   std::optional<Way> SolveIsland(const Attempt& attempt, double step_size, StateArrays& state, ContactBuffer& contacts,
                                  std::span<JointRow> joint_rows);
