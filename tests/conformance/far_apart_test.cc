@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "conformance/engine_test.h"
@@ -161,6 +162,103 @@ TEST_P(FarApart, AreOthersFromAnyScene) {
       Steps(*alone.world, 1);
       Steps(*among.world, 1);
       ++step;
+    }
+    EXPECT_EQ(step, kSteps) << "scene " << seed;
+  }
+}
+
+// Of crates that fall asleep soon, beside a lift, with all that commands may do to them.
+class Workshop {
+ public:
+  Workshop(World& world, double x) : world_(world), x_(x) {
+    Add(world, Block({x, 0, -1}, {20, 20, 1}));
+    EntityDesc lift = Block({x, 5, 0.5}, {1, 1, 0.5});
+    lift.rigid_body->motion_type = MotionType::kKinematic;
+    lift_ = Add(world, lift);
+    for (int i = 0; i < 4; ++i) crates_.push_back(AddCrate({x, 0, 0.5 + i}));
+    rider_ = AddCrate({x, 5, 1.5});
+    AddCrate({x + 3, 0, 0.5});  // sleeps from some time on
+  }
+
+  // One command, whichever comes.
+  void DoAny(Random& random) {
+    const EntityId lowest = crates_.front(), highest = crates_.back();
+    const double height = random.Uniform(0, 2);  // m
+    switch (random.Below(11)) {
+      case 0:
+        return void(Do(world_, SetPose{.id = lift_, .position = Vector3(x_, 5, 0.5 + height), .over_steps = 4}));
+      case 1:
+        return void(Do(world_, SetVelocity{.id = lift_, .linear = Vector3(0, height, 0)}));
+      case 2:
+        return void(Do(world_, SetVelocity{.id = lift_, .linear = Vector3(0, 0, 0)}));
+      case 3:
+        return void(Do(world_, ApplyImpulse{.id = highest, .linear = {1, 0, height}}));
+      case 4:
+        return void(Do(world_, SetVelocity{.id = highest, .linear = Vector3(0, 0, -height)}));
+      case 5:
+        return void(Do(world_, SetPose{.id = highest, .position = Vector3(x_ + 3, 0.1, 1.4)}));
+      case 6:
+        return void(Do(world_, SetPose{.id = rider_, .position = Vector3(x_, 5.1, 1 + height)}));
+      case 7:
+        return crates_.push_back(AddCrate({x_ + 0.2, 0, 0.4 + static_cast<double>(crates_.size())}));
+      case 8:
+        return JoinOrNot(lowest, crates_[1]);
+      case 9:
+        return BlowOrNot();
+      default:
+        if (crates_.size() <= 2) return;
+        if (!joint_.is_null()) JoinOrNot(lowest, crates_[1]);
+        Do(world_, DeleteEntity{lowest});
+        crates_.erase(crates_.begin());
+    }
+  }
+
+ private:
+  void JoinOrNot(EntityId a, EntityId b) {
+    if (joint_.is_null()) {
+      joint_ = Join(world_, Between(a, b, FixedJoint{}));
+    } else {
+      Do(world_, DeleteJoint{std::exchange(joint_, {})});
+    }
+  }
+
+  void BlowOrNot() {
+    if (wind_.is_null()) {
+      wind_ = Do(world_, CreateForceField{{.kind = UniformField{.acceleration = {0.5, 0, 0}},
+                                           .region = Region{{x_ - 20, -20, -5}, {x_ + 20, 20, 50}}}});
+    } else {
+      Do(world_, DeleteForceField{std::exchange(wind_, {}).packed()});
+    }
+  }
+
+  EntityId AddCrate(const Vector3& position) {
+    EntityDesc crate = Crate(position);
+    crate.rigid_body->auto_disable = AutoDisable{.enabled = true, .rest_time = 0.1};
+    return Add(world_, crate);
+  }
+
+  World& world_;
+  double x_;  // m
+  EntityId lift_, rider_;
+  std::vector<EntityId> crates_;
+  JointId joint_;
+  CreatedId wind_;
+};
+
+TEST_P(FarApart, AreThoseWhomCommandsChange) {
+  Proves({Claim::kKinematicLed, Claim::kJointFixed, Claim::kUniformField, Claim::kSleeping});
+  constexpr int kScenes = 40, kSteps = 90;
+  for (uint64_t seed = 101; seed <= 100 + kScenes; ++seed) {
+    const RandomScene alone = MakeRandomScene({GetParam()}, seed), among = MakeRandomScene({GetParam()}, seed);
+    const std::vector<EntityId> ids = EntitiesIn(*alone.world);
+    Workshop workshop(*among.world, 400);
+    Random random(seed);
+    int step = 0;
+    while (step < kSteps && CourseOf(*alone.world, ids) == CourseOf(*among.world, ids)) {
+      workshop.DoAny(random);
+      ++step;
+      Steps(*alone.world, 1);
+      Steps(*among.world, 1);
     }
     EXPECT_EQ(step, kSteps) << "scene " << seed;
   }

@@ -21,6 +21,8 @@ class RowMarks {
   void Unmark(EntityRow row) { marks_[Index(row)] = false; }
   void Set(EntityRow row, bool on) { on ? Mark(row) : Unmark(row); }
   bool operator[](EntityRow row) const { return marks_[Index(row)] != 0; }
+  /// Whether none was marked since all marks were taken away.
+  bool empty() const { return rows_.empty(); }
   /// Takes all marks away.
   void Clear() {
     for (const EntityRow row : rows_) marks_[Index(row)] = false;

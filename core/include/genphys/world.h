@@ -178,6 +178,7 @@ class World {
   void DropForces();
   void DropSamples();
   void WakeStirred();
+  void DropSolved();
   void RecordEnd(const TouchingPair& touching);
 
   // Force fields (world_fields.cc).
@@ -202,6 +203,7 @@ class World {
   void PlaceFrames(JointDesc& joint) const;
   void SetTouchable(const JointDesc& joint, bool touchable);
   void WakeJoined(const JointDesc& joint);
+  void UnsettleJoined(const JointDesc& joint);
   void RestartJoined(const JointDesc& joint);
   void RestartDriven(const JointDesc& joint);
 
@@ -215,6 +217,8 @@ class World {
   void SetActive(EntityRow row, bool is_active);
   void Wake(EntityRow row);
   void WakeIslandOf(EntityRow row);
+  void Unsettle(EntityRow row);
+  void LetGo(EntityRow row);
   void WakeNeighboursOf(EntityRow row);
   void WakeWhereItIs(EntityRow row);
   void WakeAll();
@@ -274,7 +278,11 @@ class World {
   bool is_stirred_ = false;     // whether there are any
   bool contacts_stale_ = true;  // something moved, came or changed since the last Collide()
   uint64_t changes_ = 0;
-  bool is_settled_ = false;  // no impact is left of the step before, and no command came since
+  // Who was put elsewhere, moves otherwise, touches or hangs on others, or woke since the last step but by it, or was
+  // not done with then: what that makes meet or let go of each other, the next step finds at its start.
+  RowMarks unsettled_;
+  RowMarks let_go_;                // of these, whom something held or touched that went
+  bool is_all_unsettled_ = false;  // another engine may see other contacts
   bool faulted_ = false;
   uint32_t entity_count_ = 0;
   uint32_t joint_count_ = 0;

@@ -111,25 +111,31 @@ std::vector<JointRow>& LockedBodies::Write(const ContactBuffer& contacts, std::v
 }
 
 std::span<const EntityRow> LockedBodies::Finish() {
-  for (size_t i = 0; i < rows_.size(); ++i) {
-    const EntityRow row = rows_[i];
-    const Held& held = held_[i];
-    const LockedAxes& locked = locks(row);
-    Pose pose = state_.pose(row);
-    Vector3 center = pose.Transform(mass(row).center_of_mass);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (locked.linear[static_cast<size_t>(axis)]) center[axis] = held.center[axis];
-    }
-    if (Any(locked.angular)) {
-      Vector3 turn = TurnBetween(held.orientation, pose.orientation);
-      Drop(locked.angular, turn);
-      pose.orientation = Turned(held.orientation, turn, 1);
-    }
-    pose.position = center - pose.orientation * mass(row).center_of_mass;
-    state_.set_pose(row, pose);
-  }
-  DropVelocities();
+  for (size_t i = 0; i < rows_.size(); ++i) BringBack(rows_[i], held_[i]);
   return rows_;
+}
+
+void LockedBodies::Finish(const RowMarks& among) {
+  for (size_t i = 0; i < rows_.size(); ++i) {
+    if (among[rows_[i]]) BringBack(rows_[i], held_[i]);
+  }
+}
+
+void LockedBodies::BringBack(EntityRow row, const Held& held) {
+  const LockedAxes& locked = locks(row);
+  Pose pose = state_.pose(row);
+  Vector3 center = pose.Transform(mass(row).center_of_mass);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (locked.linear[static_cast<size_t>(axis)]) center[axis] = held.center[axis];
+  }
+  if (Any(locked.angular)) {
+    Vector3 turn = TurnBetween(held.orientation, pose.orientation);
+    Drop(locked.angular, turn);
+    pose.orientation = Turned(held.orientation, turn, 1);
+  }
+  pose.position = center - pose.orientation * mass(row).center_of_mass;
+  state_.set_pose(row, pose);
+  DropVelocity(row);
 }
 
 void LockedBodies::Hold(EntityRow row) {
@@ -149,14 +155,16 @@ void LockedBodies::Forget(EntityRow row) {
 }
 
 void LockedBodies::DropVelocities() {
-  for (const EntityRow row : rows_) {
-    const uint32_t column = Index(row);
-    Vector3 linear = state_.linear_velocities.col(column), angular = state_.angular_velocities.col(column);
-    angular = LockedSpin(locks(row), WorldTensor(state_.pose(row).orientation, mass(row).tensor), angular);
-    Drop(locks(row).linear, linear);
-    state_.linear_velocities.col(column) = linear;
-    state_.angular_velocities.col(column) = angular;
-  }
+  for (const EntityRow row : rows_) DropVelocity(row);
+}
+
+void LockedBodies::DropVelocity(EntityRow row) {
+  const uint32_t column = Index(row);
+  Vector3 linear = state_.linear_velocities.col(column), angular = state_.angular_velocities.col(column);
+  angular = LockedSpin(locks(row), WorldTensor(state_.pose(row).orientation, mass(row).tensor), angular);
+  Drop(locks(row).linear, linear);
+  state_.linear_velocities.col(column) = linear;
+  state_.angular_velocities.col(column) = angular;
 }
 
 }  // namespace genphys

@@ -4,6 +4,7 @@
 
 #include "genphys/contact.h"
 #include "genphys/joint_row.h"
+#include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
 
@@ -38,6 +39,8 @@ class LockedBodies {
   std::vector<JointRow>& Write(const ContactBuffer& contacts, std::vector<JointRow>& joint_rows);
   /// Brings back what moved along locked axes since Begin(). Returns whose poses it changed.
   std::span<const EntityRow> Finish();
+  /// The same of those of `among` alone: rounding moves whoever is brought back once more.
+  void Finish(const RowMarks& among);
   /// Lets no velocity lie along locked axes.
   void DropVelocities();
   /// Takes a row that moves from here on, after Begin(), if it has locked axes.
@@ -52,6 +55,8 @@ class LockedBodies {
     bool may_be_pushed = false;
   };
 
+  void BringBack(EntityRow row, const Held& held);
+  void DropVelocity(EntityRow row);
   const LockedAxes& locks(EntityRow row) const;
   const MassProperties& mass(EntityRow row) const { return scene_.entities[Index(row)]->mass; }
 

@@ -311,7 +311,7 @@ void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>
   std::ranges::inplace_merge(ways, ways.begin() + own, {}, &FlownWay::row);
 }
 
-bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
+void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const RowMarks* among) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
   std::vector<FlownWay> flown = after_move ? FlownWays(h) : std::vector<FlownWay>();
@@ -319,7 +319,7 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   std::vector<FlownWay>* ways = &flown;
   FillRelativeVelocities(nullptr);
   RowMarks& changed = scratch_.changed;
-  const RowMarks* looked_at = nullptr;
+  const RowMarks* looked_at = among;
   bool is_over = false;
   visits_.clear();
   for (int wave = 0; wave < kWavesMax; ++wave) {
@@ -344,18 +344,25 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
         return (visit.entity_a == moved.row || visit.entity_b == moved.row) && visit.time < moved.time;
       });
     }
-    for (const EntityRow row : locked_.Finish()) changed.Mark(row);
-    bool is_all_new = false;
+    locked_.Finish(changed);
+    looked_at = &changed;
     if (!rows.empty()) {
       world_.engine_->WriteState(rows, state_);
       const size_t strays = faulted_.size();
       RetireStrays(&changed);
       for (const EntityRow row : rows) Place(row);
       GroundMet(elapsed);
-      is_all_new = CollideAndWake(faulted_.size() == strays ? &rows : nullptr);
+      const bool are_strays = faulted_.size() != strays;
+      CollideAndWake(are_strays ? nullptr : &rows);
+      if (are_strays) looked_at = nullptr;
     }
-    looked_at = is_all_new ? nullptr : &changed;
     FillRelativeVelocities(looked_at);
+  }
+  unfinished_.clear();
+  if (!is_over) {
+    for (const Mover& mover : movers_) {
+      if (looked_at == nullptr || changed[mover.row]) unfinished_.push_back(mover.row);
+    }
   }
   scratch_.free_since.Clear();
   scratch_.stances.Clear();
@@ -363,7 +370,6 @@ bool StepRun::ResolveImpacts(double h, double elapsed, bool after_move) {
   touches_.AddSolved(impacts.impulses());
   if (after_move) AddVisits();
   Mark("impacts");
-  return is_over;
 }
 
 }  // namespace genphys

@@ -25,7 +25,6 @@ std::vector<EntityId> StepRun::StartPassages() {
   std::map<EntityId, Passage>& passages = world_.layer_.passages;
   if (passages.empty()) return {};
   ++world_.changes_;
-  world_.is_settled_ = false;
   undo_.KeepPassages();
   for (const auto& [id, passage] : passages) undo_.Keep(EntityRow{id.index()});
   std::vector<EntityId> over;
@@ -58,6 +57,7 @@ bool StepRun::Lead(EntityId id, Passage& passage) {
   }
   state_.linear_velocities.col(Index(row)) = linear;
   state_.angular_velocities.col(Index(row)) = angular;
+  world_.Unsettle(row);
   world_.TellPose(row);
   if (is_too_fast || passage.steps_left == 0) return true;
   --passage.steps_left;

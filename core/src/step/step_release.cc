@@ -29,7 +29,7 @@ bool StepRun::Holds(const ContactPair& pair) const {
 }
 
 // Whoever nothing touches or holds any more is paid what contacts and joints owed; it is shown already.
-void StepRun::PayReleased() {
+void StepRun::PayReleased(const RowMarks* among) {
   RowMarks& held = scratch_.held;
   held.Clear();
   for (const ContactPair& pair : world_.contacts_.pairs) {
@@ -38,7 +38,8 @@ void StepRun::PayReleased() {
     held.Mark(pair.entity_b);
   }
   const auto is_released = [&](EntityRow row) {
-    return !held[row] && !scratch_.jointed[row] && !world_.layer_.half_steps[Index(row)].restarts;
+    return (among == nullptr || (*among)[row]) && !held[row] && !scratch_.jointed[row] &&
+           !world_.layer_.half_steps[Index(row)].restarts;
   };
   RowMarks& released = scratch_.paid;
   released.Clear();
@@ -128,13 +129,14 @@ DisjointSets StepRun::HangTogether() {
 // Bodies that hang together and lost what held them all, as a pile does whose floor is gone, still touch each other,
 // but what the floor owed them is not given by any solve to come.
 void StepRun::RestartFallen() {
-  // What was moved takes nothing from anybody but by how it moved. Joints that are undone begin anew by themselves.
-  if (!is_rearranged_) return;
+  // Who was let go of by what moved was so by how that moved. Joints that are undone begin anew by themselves.
+  if (world_.let_go_.empty()) return;
   DisjointSets sets(movers_.size() + 1);
   const auto holds = [&](const ContactPair& pair) { return Holds(pair); };
   VisitHeldTogether(holds, [&](uint32_t a, uint32_t b) { sets.Join(a, b); });
   struct Held {
     int members = 0;
+    bool has_lost = false;
     Vector3 sum = Vector3::Zero();  // N
     double size = 0;                // N
   };
@@ -143,6 +145,7 @@ void StepRun::RestartFallen() {
     const uint32_t root = sets.Find(static_cast<uint32_t>(i + 1));
     const HalfStep& half = world_.layer_.half_steps[Index(movers_[i].row)];
     ++groups[root].members;
+    groups[root].has_lost |= world_.let_go_[movers_[i].row];
     if (root == 0 || half.restarts) continue;
     const Vector3 force = world_.scene_.entities[Index(movers_[i].row)]->mass.mass * half.held_rate;
     groups[root].sum += force;
@@ -151,7 +154,8 @@ void StepRun::RestartFallen() {
   for (size_t i = 0; i < movers_.size(); ++i) {
     const uint32_t root = sets.Find(static_cast<uint32_t>(i + 1));
     const Held& group = groups[root];
-    if (root == 0 || group.members == 1 || group.sum.norm() <= kOfOthers * group.size) continue;
+    const bool has_lost = group.has_lost && group.sum.norm() > kOfOthers * group.size;
+    if (root == 0 || group.members == 1 || !has_lost) continue;
     world_.layer_.half_steps[Index(movers_[i].row)].Restart();
   }
 }

@@ -60,12 +60,14 @@ class StepRun {
 
   void Advance();
   void RunEngine(uint32_t substeps);
+  void SettleBeforehand();
+  void ForgetUnsettled();
   void CollectRows();
   // Tells the layer where the entity's geometries are.
   void Place(EntityRow row);
   // Finds what touches, of the pairs of `moved` alone unless it is null, and wakes whom that wakes, with what those
-  // touch. Whether pairs of others than `moved` may have changed.
-  bool CollideAndWake(const std::vector<EntityRow>* moved);
+  // touch. Whom it wakes is marked as changed.
+  void CollideAndWake(const std::vector<EntityRow>* moved);
   void FinishJoints();
   void Substep(double h, double elapsed);
   void Solve(double h);
@@ -156,7 +158,8 @@ class StepRun {
 
   // Who is let go of (step_release.cc).
   bool Holds(const ContactPair& pair) const;
-  void PayReleased();
+  // Of `among` alone, unless it is null.
+  void PayReleased(const RowMarks* among);
   void PayAcross(const RowMarks& paid);
   void PayPart(const ContactPair& pair, EntityRow row);
   void VisitHeldTogether(absl::FunctionRef<bool(const ContactPair&)> holds,
@@ -183,9 +186,9 @@ class StepRun {
   double IntervalOf(const ContactPair& pair, double h) const;
   void ShareImpulses(double h);
   void NoteUneven(const ContactPair& pair, double h);
-  // What met in the substep just done, or what a command made meet before the first one.
-  // False: there were too many for one substep.
-  bool ResolveImpacts(double h, double elapsed, bool after_move);
+  // What met in the substep just done, or what a command made meet before the first one: at first in pairs of `among`
+  // alone, unless it is null.
+  void ResolveImpacts(double h, double elapsed, bool after_move, const RowMarks* among);
   ImpactWorld Surroundings();
   std::vector<FlownWay> FlownWays(double h) const;
   static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
@@ -225,9 +228,8 @@ class StepRun {
   Solver solver_ = Solver::kAutomatic;
   bool ran_ = false;                // something was moved
   bool is_first_ = true;            // substep
-  bool settled_ = false;            // no impacts are left
   bool is_anybody_jolted_ = false;  // in this substep
-  bool is_rearranged_ = false;      // bodies came, went or were put elsewhere between two steps
+  bool are_contacts_new_ = false;   // not those that the last step left
   StateArrays& state_;
   StepScratch& scratch_;
   FieldForces fields_;
@@ -242,7 +244,8 @@ class StepRun {
   JointStep& joints_;
   LockedBodies locked_;
   mutable OrderedSearch solved_search_;
-  std::vector<SweptPair> visits_;  // of sensors in this substep, by who was not stopped before
+  std::vector<SweptPair> visits_;      // of sensors in this substep, by who was not stopped before
+  std::vector<EntityRow> unfinished_;  // of whom impacts were left at the end of the last substep
   std::vector<JointBroke> broken_;
   std::vector<EntityId> faulted_;
   std::chrono::steady_clock::time_point mark_;

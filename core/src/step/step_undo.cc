@@ -12,7 +12,7 @@ namespace genphys {
 StepUndo::StepUndo(World& world)
     : world_(world),
       last_substep_(world.layer_.last_substep),
-      is_settled_(world.is_settled_),
+      is_all_unsettled_(world.is_all_unsettled_),
       contacts_stale_(world.contacts_stale_),
       stirred_rows_(world.stirred_) {
   world.undo_ = this;
@@ -64,7 +64,8 @@ void StepUndo::Undo() {
   world_.roused_.clear();
   world_.aftermath_ = {};
   if (had_engine) has_solved_ ? world_.RebuildEngine() : FindContacts();
-  world_.is_settled_ = is_settled_;
+  for (const EntityRow row : unsettled_) world_.unsettled_.Unmark(row);
+  for (const EntityRow row : let_go_) world_.let_go_.Unmark(row);
   // They are only to be looked for.
   world_.stirred_.Add(stirred_rows_);
   world_.is_stirred_ = true;

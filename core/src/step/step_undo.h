@@ -43,6 +43,9 @@ class StepUndo {
   void LoseContacts() { has_lost_contacts_ = true; }
   /// These came from LayerState::lying to LayerState::touching.
   void Stirred(std::span<const TouchingPair> pairs) { stirred_.insert(stirred_.end(), pairs.begin(), pairs.end()); }
+  /// World::unsettled_ and World::let_go_ came to have these.
+  void Unsettled(EntityRow row) { unsettled_.push_back(row); }
+  void HasLetGo(EntityRow row) { let_go_.push_back(row); }
   void Reserve(size_t rows) { rows_.reserve(rows_.size() + rows); }
 
   /// Whether the engine has solved in this step.
@@ -65,10 +68,12 @@ class StepUndo {
   std::optional<std::map<EntityId, Passage>> passages_;
   std::optional<std::vector<PendingForce>> forces_;
   std::vector<TouchingPair> stirred_;
+  std::vector<EntityRow> unsettled_;
+  std::vector<EntityRow> let_go_;
   double last_substep_;
   bool has_solved_ = false;
   bool has_lost_contacts_ = false;
-  bool is_settled_;
+  bool is_all_unsettled_;
   bool contacts_stale_;
   RowSet stirred_rows_;
 };

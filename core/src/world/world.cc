@@ -172,6 +172,7 @@ void World::Reset() {
 void World::RebuildEngine() {
   contacts_.Clear();
   contacts_stale_ = true;
+  is_all_unsettled_ = true;
   engine_.reset();
   near_.reset();
   backend_ = registry_.Find(scene_.world.engine);
@@ -179,6 +180,7 @@ void World::RebuildEngine() {
   engine_ = backend_->CreateWorld(backend_->Resolve(scene_.world.stepper));
   near_ = std::make_unique<NearPairs>();
   for (EntityRow row : RowsOfBodies()) AddToEngine(row);
+  DropSolved();
   engine_->Recall(solved_);
 }
 
@@ -256,6 +258,7 @@ void World::Wake(EntityRow row) {
   layer_.last_touches[Index(row)].clear();
   half.in_flight = floats;
   half.is_woken = !floats;
+  Unsettle(row);
   UpdateActive(row);
   roused_.push_back(row);
   if (scene_.world.recorded_events.sleeping) woken_.push_back(state_.ids[Index(row)]);

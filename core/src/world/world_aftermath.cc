@@ -34,6 +34,21 @@ void World::WakeIslandOf(EntityRow row) {
   layer_.rest_times[Index(row)] = 0;
 }
 
+void World::Unsettle(EntityRow row) {
+  if (unsettled_[row]) return;
+  if (undo_ != nullptr) undo_->Unsettled(row);
+  unsettled_.Mark(row);
+}
+
+// What no contact moves, a floor for instance, was not held: many others may lie on it.
+void World::LetGo(EntityRow row) {
+  if (!scene_.entities[Index(row)]->traits.is_dynamic) return;
+  Unsettle(row);
+  if (let_go_[row]) return;
+  if (undo_ != nullptr) undo_->HasLetGo(row);
+  let_go_.Mark(row);
+}
+
 // Who touches it or hangs on it.
 void World::WakeNeighboursOf(EntityRow row) {
   aftermath_.displaced.push_back(state_.ids[Index(row)]);
@@ -42,7 +57,9 @@ void World::WakeNeighboursOf(EntityRow row) {
     const JointDesc& joint = scene_.joints[slot]->desc;
     const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
     const EntityRow other = a == row ? b : a;
-    if (other != kWorldRow) WakeIslandOf(other);
+    if (other == kWorldRow) continue;
+    LetGo(other);
+    WakeIslandOf(other);
   }
 }
 
@@ -66,6 +83,7 @@ void World::SettleAftermath() {
     Order(*ids);
   }
   EndTouches();
+  DropSolved();
   DropForces();
   DropSamples();
   if (!aftermath_.pushed.empty()) WakeSprung();
@@ -82,7 +100,9 @@ void World::EndTouches() {
   const auto left = [&](EntityId id) { return std::ranges::binary_search(aftermath_.displaced, id); };
   const auto is_detached = [&](EntityId id) { return std::ranges::binary_search(aftermath_.detached, id); };
   const auto wake = [&](EntityId id) {
-    if (state_.ids[id.index()] == id) WakeIslandOf(EntityRow{id.index()});
+    if (state_.ids[id.index()] != id) return;
+    LetGo(EntityRow{id.index()});
+    WakeIslandOf(EntityRow{id.index()});
   };
   // Taken off and put back with other surfaces, it holds who touches it in another way.
   const auto is_changed = [&](EntityId id) {
@@ -113,6 +133,24 @@ void World::EndTouches() {
   const auto twice = std::ranges::unique(ended);
   ended.erase(twice.begin(), twice.end());
   for (const TouchingPair& touching : ended) RecordEnd(touching);
+}
+
+// Of whom is gone, or others than he was, the last solve tells nothing more.
+void World::DropSolved() {
+  if (aftermath_.detached.empty() || solved_.pairs.empty()) return;
+  std::vector<EntityRow> gone;
+  for (const EntityId id : aftermath_.detached) gone.push_back(EntityRow{id.index()});
+  std::ranges::sort(gone);
+  const auto is_gone = [&](EntityRow row) { return std::ranges::binary_search(gone, row); };
+  ContactBuffer kept;
+  for (ContactPair pair : solved_.pairs) {
+    if (is_gone(pair.entity_a) || is_gone(pair.entity_b)) continue;
+    const auto first = solved_.points.begin() + pair.first_point;
+    pair.first_point = static_cast<uint32_t>(kept.points.size());
+    kept.points.insert(kept.points.end(), first, first + pair.point_count);
+    kept.pairs.push_back(pair);
+  }
+  solved_ = std::move(kept);
 }
 
 void World::RecordEnd(const TouchingPair& touching) {

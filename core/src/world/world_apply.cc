@@ -45,12 +45,6 @@ bool IsSame(const Quaternion& unit, const Quaternion& any) {
   return (any.normalized().coeffs() - unit.coeffs()).cwiseAbs().maxCoeff() <= kRounding;
 }
 
-// Whether it leaves everything where it is and as it moves, so that nobody meets or lets go of anybody by it.
-bool OnlyPushes(const Command& command) {
-  return std::holds_alternative<ApplyForce>(command) || std::holds_alternative<ApplyForceColumns>(command) ||
-         std::holds_alternative<SetMotorColumns>(command);
-}
-
 // After velocity and momentum were changed by that much. What joints hold keeps its leapfrog: what they owe is known
 // better to it than to the columns, and who is pushed at every step would get energy out of that. What is free or
 // touches something starts anew, for how it is held may be another matter from now on.
@@ -70,7 +64,6 @@ Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
   std::vector<CreatedId> created(commands.size());
   if (!commands.empty()) ++changes_;
-  if (!std::ranges::all_of(commands, OnlyPushes)) is_settled_ = false;
   const size_t first_event = events_.size();
   try {
     auto prepared = validator.prepared().begin();
@@ -178,6 +171,8 @@ void World::Grow() {
   layer_.faulted.resize(rows);
   reaches_.resize(rows);
   flown_.resize(rows);
+  unsettled_.Resize(static_cast<uint32_t>(rows));
+  let_go_.Resize(static_cast<uint32_t>(rows));
   state_.Resize(static_cast<uint32_t>(rows));
 }
 
@@ -199,6 +194,7 @@ void World::AttachBody(EntityRow entity) {
   layer_.half_steps[row].Forget();
   SetActive(entity, false);
   if (!body) return;
+  Unsettle(entity);
   geometry_rows_[row] = rule_.Add(entity, scene_entity.id, *body);
   IgnoreOthers(scene_entity, true);
   contacts_stale_ = true;
@@ -225,9 +221,8 @@ void World::DetachBody(EntityRow entity) {
   IgnoreOthers(*scene_.entities[row], false);
   geometry_rows_[row].clear();
   SetActive(entity, false);
-  // Contact points name rows that are gone now.
+  // Contact points name rows that are gone now; see DropSolved().
   contacts_.Clear();
-  solved_.Clear();
   contacts_stale_ = true;
 }
 
@@ -304,7 +299,10 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
   if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
   if (fields.Has(EntityField::kAngularVelocity)) SetVelocityNow({command.id, {}, now.rigid_body->angular_velocity});
-  if (now.rigid_body && (fields.bits & ~kLooks) != 0) WakeIslandOf(row);
+  if (now.rigid_body && (fields.bits & ~kLooks) != 0) {
+    Unsettle(row);
+    WakeIslandOf(row);
+  }
   if (scene_.world.recorded_events.changes) Record(EntityUpdated{command.id, entity.desc, fields});
 }
 
@@ -383,6 +381,7 @@ void World::SetVelocityNow(const SetVelocity& command) {
            WorldTensor(state_.pose(row).orientation, tensor) * (state_.angular_velocities.col(slot) - angular),
            !joint_index_.Of(row).empty(), layer_.half_steps[slot]);
   TellPose(row);
+  Unsettle(row);
   WakeIslandOf(row);
   if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
   UpdateActive(row);
@@ -412,6 +411,7 @@ void World::SetPoseNow(const SetPose& command) {
   Revive(row);
   TellPose(row);
   contacts_stale_ = true;
+  Unsettle(row);
   WakeIslandOf(row);
   if (!IsDynamic(desc)) WakeWhereItIs(row);
 }

@@ -72,11 +72,10 @@ void World::Disturb(const ForceField& field) {
     const Vector3 center = state_.pose(EntityRow{row}).Transform(scene_.entities[row]->mass.center_of_mass);
     return reach.regions.front().Contains({center, center});
   };
-  active_.ForEach([&](uint32_t row) { layer_.half_steps[row].Restart(); });
   for (uint32_t row = 0; row < state_.rows(); ++row) {
-    if (!state_.asleep[row] || !is_reached(row)) continue;
+    if (!(active_[row] || state_.asleep[row]) || !is_reached(row)) continue;
     layer_.half_steps[row].Restart();
-    WakeIslandOf(EntityRow{row});
+    if (state_.asleep[row]) WakeIslandOf(EntityRow{row});
   }
 }
 

@@ -82,7 +82,7 @@ JointId World::Join(JointDesc joint) {
   joint_index_.Add(slot, desc);
   if (!desc.collide_connected) SetTouchable(desc, false);
   RestartJoined(desc);
-  WakeJoined(desc);
+  UnsettleJoined(desc);
   if (scene_.world.recorded_events.changes) {
     Record(JointCreated{id, PairOf(desc), std::make_shared<const JointDesc>(desc)});
   }
@@ -104,7 +104,7 @@ void World::Rejoin(const UpdateJoint& command) {
   }
   desc = std::move(joint);
   PlaceFrames(desc);
-  WakeJoined(desc);
+  UnsettleJoined(desc);
   if (scene_.world.recorded_events.changes) {
     Record(JointUpdated{id, PairOf(desc), std::make_shared<const JointDesc>(desc), fields});
   }
@@ -113,7 +113,7 @@ void World::Rejoin(const UpdateJoint& command) {
 void World::Unjoin(JointId id) {
   std::optional<SceneJoint>& joint = scene_.joints[id.index()];
   RestartJoined(joint->desc);
-  WakeJoined(joint->desc);
+  UnsettleJoined(joint->desc);
   if (!joint->desc.collide_connected) SetTouchable(joint->desc, true);
   joint_index_.Remove(id.index(), joint->desc);
   joint.reset();
@@ -159,6 +159,14 @@ void World::WakeJoined(const JointDesc& joint) {
   for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
     if (!entity->is_world()) WakeIslandOf(EntityRow{entity->id.index()});
   }
+}
+
+// They are held otherwise.
+void World::UnsettleJoined(const JointDesc& joint) {
+  for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
+    if (!entity->is_world()) Unsettle(EntityRow{entity->id.index()});
+  }
+  WakeJoined(joint);
 }
 
 // Only who asks pays for coordinates: layer_ has the turns that count.

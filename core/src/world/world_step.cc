@@ -151,21 +151,18 @@ void StepRun::Advance() {
   const uint32_t substeps = settings.substeps;
   substep_ = step_size_ / substeps;
   solver_ = settings.solver;
-  settled_ =
-      std::exchange(world_.is_settled_, false) && !world_.contacts_stale_ && substep_ == world_.layer_.last_substep;
-  is_rearranged_ = world_.contacts_stale_;
-  if (is_rearranged_) {
+  if (world_.contacts_stale_) {
+    are_contacts_new_ = true;
     CollideAndWake(nullptr);
   } else if (WakeTouched()) {
-    settled_ = false;
     CollideWoken();
   }
   world_.near_->Check(world_.budget_, world_.contacts_);
   if (rows_.empty() && kinematic_rows_.empty()) {
     world_.solved_.Clear();
+    ForgetUnsettled();
   } else {
     RunEngine(substeps);
-    world_.is_settled_ = settled_ && broken_.empty();
   }
   FinishFlight();
   CountForcesDown();
@@ -174,19 +171,40 @@ void StepRun::Advance() {
 // What contacts, joints or command move, in the engine's lane.
 void StepRun::RunEngine(uint32_t substeps) {
   FindCourses();
-  if (!settled_) {
-    PayReleased();
-    RestartFallen();
-    RestartCarried();
-    ResolveImpacts(substep_, 0, false);
-  }
+  SettleBeforehand();
   for (uint32_t i = 0; i < substeps; ++i) {
     FollowCourses((i + 0.5) / substeps);
     Substep(substep_, i * substep_);
   }
   EndCourses();
   FinishNetForces();
+  ForgetUnsettled();
+  // Too many met for one substep.
+  for (const EntityRow row : unfinished_) world_.Unsettle(row);
   FinishJoints();
+}
+
+// What commands did since the last step: who is let go of, falls with others, is carried otherwise or meets somebody.
+// Others are not looked at, so that they go on as if no command had come.
+void StepRun::SettleBeforehand() {
+  // What is an impact is told by the length of a substep.
+  const bool is_all = world_.is_all_unsettled_ || substep_ != world_.layer_.last_substep;
+  if (!is_all && world_.unsettled_.empty()) {
+    if (!are_contacts_new_) return;
+    world_.near_->PutInOrder(world_.contacts_);
+    return FillRelativeVelocities(nullptr);
+  }
+  const RowMarks* const unsettled = is_all ? nullptr : &world_.unsettled_;
+  PayReleased(unsettled);
+  RestartFallen();
+  RestartCarried();
+  ResolveImpacts(substep_, 0, false, unsettled);
+}
+
+void StepRun::ForgetUnsettled() {
+  world_.unsettled_.Clear();
+  world_.let_go_.Clear();
+  world_.is_all_unsettled_ = false;
 }
 
 void StepRun::FinishJoints() {
@@ -199,7 +217,7 @@ void StepRun::Place(EntityRow row) {
   world_.near_->Place({body, world_.geometry_rows_[Index(row)]}, state_.pose(row));
 }
 
-bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
+void StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
   const auto mark_moved = [&](const std::vector<EntityRow>& rows) {
     scratch_.moved.Clear();
     for (const EntityRow row : rows) scratch_.moved.Mark(row);
@@ -225,6 +243,7 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
   world_.StirLying();
   // Whoever was woken moves from here on.
   for (const EntityRow row : std::exchange(world_.roused_, {})) {
+    scratch_.changed.Mark(row);
     if (!world_.active_[Index(row)] || !IsDynamic(row)) continue;
     const auto place = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (place != rows_.end() && *place == row) continue;
@@ -234,7 +253,6 @@ bool StepRun::CollideAndWake(const std::vector<EntityRow>* moved) {
     locked_.Hold(row);
   }
   Mark("collide");
-  return is_all_new;
 }
 
 void StepRun::Substep(double h, double elapsed) {
@@ -281,8 +299,8 @@ void StepRun::Substep(double h, double elapsed) {
   Mark("layer");
   GroundMet(elapsed + h);
   CollideAndWake(nullptr);
-  PayReleased();
-  settled_ = ResolveImpacts(h, elapsed + h, true);
+  PayReleased(nullptr);
+  ResolveImpacts(h, elapsed + h, true, nullptr);
 }
 
 // What joints stopped at their limits goes on as it does since then.
