@@ -23,28 +23,13 @@
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "genphys/status.h"
+#include "genphys/step_stats.h"
 
 namespace genphys {
 
 class JointStep;
-class StepUndo;
-
-/// Where a step's work went: EXPLAIN for physics. Of the last Step().
-struct StepStats {
-  struct Stage {
-    std::string_view name;
-    uint64_t nanoseconds = 0;
-  };
-  uint32_t entities_asleep = 0;
-  uint32_t entities_in_flight = 0;  // moved by the layer alone
-  uint32_t entities_in_engine = 0;
-  uint32_t pairs = 0;     // touching or nearly so
-  uint32_t contacts = 0;  // points
-  uint32_t islands = 0;   // of those in the engine: groups that touch or are joined; who does neither is one
-  std::vector<Stage> stages;
-};
-
 class NearPairs;
+class StepUndo;
 struct StepScratch;
 
 /// One isolated world: changed only by Apply() and Step(), read only through its columns, contacts and events.
@@ -218,6 +203,7 @@ class World {
   void Wake(EntityRow row);
   void WakeIslandOf(EntityRow row);
   void Unsettle(EntityRow row);
+  void UnsettleAndWake(EntityRow row);
   void LetGo(EntityRow row);
   void WakeNeighboursOf(EntityRow row);
   void WakeWhereItIs(EntityRow row);

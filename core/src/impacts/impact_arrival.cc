@@ -135,7 +135,7 @@ std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) 
     if (!struck.motion.is_movable() || !(struck.time > 0)) continue;
     const ImpactMotion after = struck.motion.After(struck.time, bodies_[i], ends[i]);
     arrivals[i] = {after.pose(), after.linear_velocity(), after.angular_velocity()};
-    if (StandsOnGround(struck.row)) {
+    if (past_.StandsOnGround(struck.row)) {
       arrivals[i].acceleration = (after.linear_velocity() - bodies_[i].linear_velocity) / struck.time;
       arrivals[i].by_others = struck.by_others / struck.time;
     }

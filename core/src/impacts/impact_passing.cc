@@ -1,7 +1,6 @@
 // What lies among others and is hit by something that flies: those that bear it bear the blow, too, down to the ground.
 // They stay where they are, and what the blow makes of their velocities is all.
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "impacts/impacts.h"
@@ -16,74 +15,8 @@ namespace {
 // without a bound the steps of 216 boxes that fall on each other cost a twentieth more, with this one a hundredth.
 constexpr size_t kPassedMost = 64;
 constexpr size_t kHitsMost = 8;
-// The cosine between what pulls and a normal from which on one bears the other; less is a neighbour.
-constexpr double kBearing = 0.2;
 
 }  // namespace
-
-// Whether the other one, or what nothing can move, bears a, and whether it bears b.
-std::pair<bool, bool> Impacts::BorneIn(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) const {
-  Vector3 push = Vector3::Zero();  // on b
-  for (const ContactPoint& point : PointsOf(contacts, pair)) {
-    const bool touches = !has_pressed && point.depth >= kTouchingDepth;
-    push += (has_pressed ? point.normal_impulse : touches ? 1.0 : 0.0) * point.normal;
-  }
-  bool is_borne_a = IsMovable(pair.entity_a), is_borne_b = IsMovable(pair.entity_b);
-  if (is_borne_a && is_borne_b) {
-    const auto pull = [&](EntityRow row) -> const Vector3& { return std::as_const(world_.accelerations)[row]; };
-    const Vector3 &pull_a = pull(pair.entity_a), &pull_b = pull(pair.entity_b);
-    const double up = -(pull_a + pull_b).dot(push);
-    const double level = kBearing * (pull_a.norm() + pull_b.norm()) * push.norm();
-    is_borne_a = up < -level;
-    is_borne_b = up > level;
-  }
-  return {is_borne_a, is_borne_b};
-}
-
-void Impacts::NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) {
-  const auto [is_borne_a, is_borne_b] = BorneIn(contacts, pair, has_pressed);
-  if (is_borne_a) bearings_.push_back({pair.entity_a, pair.entity_b, pair});
-  if (is_borne_b) bearings_.push_back({pair.entity_b, pair.entity_a, pair});
-}
-
-// Of those whom the last solve pressed together, and of those that were woken since, of whom it knows nothing.
-void Impacts::FindBearings(const ContactBuffer& contacts) {
-  if (std::exchange(knows_bearings_, true)) return;
-  bearings_.clear();
-  for (const ContactPair& pair : world_.solved.pairs) {
-    if (!pair.is_sensor && HasPressed(world_.solved, pair)) NoteBearings(world_.solved, pair, true);
-  }
-  const auto wakes = [&](EntityRow row) { return IsMovable(row) && IsWoken(row); };
-  const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
-  for (const ContactPair& pair : contacts.pairs) {
-    if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
-    if (pair.is_sensor || speed_.IsStillFree(pair)) continue;
-    if (std::ranges::any_of(PointsOf(contacts, pair), touches)) NoteBearings(contacts, pair, false);
-  }
-  bearing_order_.resize(bearings_.size());
-  std::iota(bearing_order_.begin(), bearing_order_.end(), 0);
-  std::ranges::sort(bearing_order_, {}, [&](uint32_t i) { return std::pair(bearings_[i].borne, i); });
-}
-
-// Numbers in bearings_.
-std::span<const uint32_t> Impacts::BearingsOf(EntityRow row) const {
-  const auto found = std::ranges::equal_range(bearing_order_, row, {}, [&](uint32_t i) { return bearings_[i].borne; });
-  return {found.begin(), found.end()};
-}
-
-// Whether the other one comes down on it, as on what bears it.
-bool Impacts::IsHitFromAbove(const ContactBuffer& contacts, const ContactPair& hit, EntityRow row) const {
-  const bool is_a = row == hit.entity_a;
-  if (hit.point_count > 0) {
-    const auto [is_borne_a, is_borne_b] = BorneIn(contacts, hit, false);
-    return is_a ? is_borne_b : is_borne_a;
-  }
-  const auto center = [&](EntityRow of) {
-    return world_.state.pose(of).Transform(world_.scene.entities[Index(of)]->mass.center_of_mass);
-  };
-  const Vector3 up = center(is_a ? hit.entity_b : hit.entity_a) - center(row);
-  return up.dot(std::as_const(world_.accelerations)[row]) < 0;
-}
 
 // Whether it lies among others and is pushed against them, and one of the two would go at the speed of an impact: what
 // flies is thrown back, and what is hit goes into what bears it. All that is slower comes to rest in the next solve.
@@ -92,13 +25,14 @@ bool Impacts::IsPassedOn(const ContactBuffer& contacts, const Candidate& candida
   const ContactPair& pair = candidate.pair;
   const EntityRow other = row == pair.entity_a ? pair.entity_b : pair.entity_a;
   const auto stance = [&](EntityRow of) { return std::as_const(world_.stances)[of]; };
-  if (!(stance(row) & kAmongOthers) || stance(other) != 0 || !IsMovable(other)) return false;
+  if (!(stance(row) & kAmongOthers) || stance(other) != 0 || !past_.IsMovable(other)) return false;
   const auto mass = [&](EntityRow of) { return world_.scene.entities[Index(of)]->mass.mass; };
   const double part = IsTied(other) ? 1 : mass(other) / (mass(other) + mass(row));
   const double restitution = pair.material.restitution;
   const double fastest = std::max(restitution, (1 + restitution) * part) * candidate.closing;
   const Vector3& pull = std::as_const(world_.accelerations)[row];
-  return fastest > speed_.Of(pair.entity_a, pair.entity_b, pull.normalized()) && IsHitFromAbove(contacts, pair, row);
+  return fastest > speed_.Of(pair.entity_a, pair.entity_b, pull.normalized()) &&
+         bearings_.IsHitFromAbove(contacts, pair, row);
 }
 
 // Those that bear `row`, and itself, and all that joints hold together with any of them. What is hit takes part anyway.
@@ -108,7 +42,7 @@ bool Impacts::FollowDown(EntityRow row, int number, Descent& descent) {
     if (known != number) descent.shares_with.push_back(known);
     return true;
   }
-  if (!IsMovable(row) || IsTied(row)) {
+  if (!past_.IsMovable(row) || IsTied(row)) {
     descent.is_grounded = true;
     return true;
   }
@@ -122,7 +56,7 @@ bool Impacts::FollowDown(EntityRow row, int number, Descent& descent) {
   if (descent.passed.size() + rows.size() > kPassedMost) return false;
   for (const EntityRow each : rows) world_.passed_index[each] = number;
   for (const EntityRow each : rows) {
-    for (const uint32_t i : BearingsOf(each)) {
+    for (const uint32_t i : bearings_.Of(each)) {
       if (!FollowDown(bearings_[i].bearer, number, descent)) return false;
     }
   }
@@ -135,7 +69,7 @@ void Impacts::AddBearers(const ContactBuffer& contacts) {
   if (!rewinds_) return;
   std::vector<Descent> descents;
   const auto descend = [&](Descent& descent, EntityRow row) {
-    FindBearings(contacts);
+    bearings_.Find(contacts);
     const int number = static_cast<int>(&descent - descents.data());
     descent.is_whole = FollowDown(row, number, descent) && descent.is_whole;
   };
@@ -192,7 +126,7 @@ void Impacts::AddBearers(const Descent& descent) {
     const EntityRow row = descent.passed[k];
     const int number = std::as_const(world_.struck_index)[row];
     const double time = number >= 0 ? struck_[static_cast<size_t>(number)].time : 0;
-    for (const uint32_t i : BearingsOf(row)) {
+    for (const uint32_t i : bearings_.Of(row)) {
       const ContactPair& pair = bearings_[i].pair;
       if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
       const Borne borne = row == pair.entity_a ? Borne::kA : Borne::kB;

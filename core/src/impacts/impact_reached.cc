@@ -117,11 +117,11 @@ bool Impacts::Reaches(const Candidate& candidate, std::span<const StruckBody> af
     const Quaternion turn = Turned(Quaternion::Identity(), after[i].angular_velocity, time);
     pose.position = after[i].center + time * after[i].linear_velocity + turn * (pose.position - after[i].center);
     pose.orientation = turn * pose.orientation;
-    return ToPlacement(pose.Transform(GeometryAt(geometry).pose_in_entity));
+    return ToPlacement(pose.Transform(past_.GeometryAt(geometry).pose_in_entity));
   };
   const auto meet = [&](double time, Manifold& manifold) {
-    FindContacts(GeometryAt(pair.geometry_a).shape, placed(pair.entity_a, pair.geometry_a, time),
-                 GeometryAt(pair.geometry_b).shape, placed(pair.entity_b, pair.geometry_b, time),
+    FindContacts(past_.GeometryAt(pair.geometry_a).shape, placed(pair.entity_a, pair.geometry_a, time),
+                 past_.GeometryAt(pair.geometry_b).shape, placed(pair.entity_b, pair.geometry_b, time),
                  kFlatGap + kFlatPart * candidate.closing * step_size_, manifold);
     return std::span<const MeetingPoint>(manifold.points).first(static_cast<size_t>(manifold.count));
   };

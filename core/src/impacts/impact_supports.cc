@@ -16,49 +16,6 @@ constexpr size_t kBornePointsMost = 28;
 
 }  // namespace
 
-// Finds out who is pressed against something. Who bears others or is borne by them would have to take all of them
-// along.
-void Impacts::FindStances(const ContactBuffer& contacts) {
-  if (!rewinds_) return;
-  if (!knows_stances_) {
-    knows_stances_ = true;
-    for (const ContactPair& pair : world_.solved.pairs) {
-      if (!pair.is_sensor && HasPressed(world_.solved, pair)) NoteStance(pair);
-    }
-  }
-  const auto wakes = [&](EntityRow row) { return IsMovable(row) && IsWoken(row); };
-  const auto wakes_one = [&](const Candidate& candidate) {
-    return wakes(candidate.pair.entity_a) || wakes(candidate.pair.entity_b);
-  };
-  if (std::ranges::none_of(candidates_, wakes_one)) return;
-  // No solve knows yet on what those lie that were woken just now, nor whether a neighbour whom they touch presses.
-  knows_bearings_ = false;
-  const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
-  for (const ContactPair& pair : contacts.pairs) {
-    if (!wakes(pair.entity_a) && !wakes(pair.entity_b)) continue;
-    if (pair.is_sensor || speed_.IsStillFree(pair)) continue;
-    if (std::ranges::none_of(PointsOf(contacts, pair), touches)) continue;
-    if (BorneIn(contacts, pair, false) != std::pair(false, false)) NoteStance(pair);
-  }
-}
-
-bool Impacts::IsWoken(EntityRow row) const { return world_.layer.half_steps[Index(row)].is_woken; }
-
-void Impacts::NoteStance(const ContactPair& pair) {
-  const bool is_movable_a = IsMovable(pair.entity_a), is_movable_b = IsMovable(pair.entity_b);
-  const uint8_t stance = is_movable_a && is_movable_b ? kAmongOthers : kOnGround;
-  if (is_movable_a) world_.stances[pair.entity_a] |= stance;
-  if (is_movable_b) world_.stances[pair.entity_b] |= stance;
-}
-
-bool Impacts::IsMovable(EntityRow row) const {
-  return world_.active[Index(row)] && world_.scene.entities[Index(row)]->traits.is_dynamic;
-}
-
-bool Impacts::StandsOnGround(EntityRow row) const {
-  return std::as_const(world_.stances)[row] == kOnGround && !world_.jointed[row];
-}
-
 // Adds on what those stand that are struck.
 void Impacts::AddSupports(const ContactBuffer& contacts) {
   supports_.clear();
@@ -71,11 +28,11 @@ void Impacts::AddSupports(const ContactBuffer& contacts) {
 }
 
 // Whether what bears it takes part in what hits it.
-bool Impacts::IsBorne(EntityRow row) const { return StandsOnGround(row) || IsTied(row); }
+bool Impacts::IsBorne(EntityRow row) const { return past_.StandsOnGround(row) || IsTied(row); }
 
 // What moves, and not as joints let it together with that one.
 bool Impacts::IsMovedApart(EntityRow bearer, EntityRow row) const {
-  return IsMovable(bearer) && (!IsTied(row) || GroupOf(bearer) != GroupOf(row));
+  return past_.IsMovable(bearer) && (!IsTied(row) || GroupOf(bearer) != GroupOf(row));
 }
 
 // Whether b takes part in what hits a, or a in what hits b: what nothing can move, and for what joints hold together
@@ -85,7 +42,7 @@ bool Impacts::Bears(const ContactBuffer& contacts, const ContactPair& pair, bool
   if (std::as_const(world_.struck_index)[row] < 0 || !IsBorne(row)) return false;
   if (!IsMovedApart(bearer, row)) return true;
   if (!IsTied(row) || !rewinds_) return false;
-  const auto [is_borne_a, is_borne_b] = BorneIn(contacts, pair, false);
+  const auto [is_borne_a, is_borne_b] = bearings_.BorneIn(contacts, pair, false);
   return is_a ? is_borne_a : is_borne_b;
 }
 
@@ -114,7 +71,7 @@ bool Impacts::IsSqueezed(const Group& group) const {
   EntityRow known = kWorldRow;
   bool are_several = false, is_driven = false;
   const auto note = [&](EntityRow row, EntityRow other) {
-    if (GroupOf(row) != &group || IsMovable(other)) return;
+    if (GroupOf(row) != &group || past_.IsMovable(other)) return;
     are_several |= known != kWorldRow && known != other;
     known = other;
     const uint32_t column = Index(other);
@@ -168,7 +125,7 @@ void Impacts::AddSupportBlows() {
   for (const Candidate& support : supports_) {
     // A corner that stands a little off takes part, too: else what is hit would tip over the others.
     Manifold manifold;
-    FindMeeting(support.pair, support.time, support.time, -kTouchingDepth, manifold);
+    past_.FindMeeting(support.pair, support.time, support.time, -kTouchingDepth, manifold);
     for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
       AddBlow(support, point.position, point.normal);
     }
@@ -180,28 +137,6 @@ void Impacts::AddSupportBlows() {
     for (const uint32_t i : together) bears[i] = !are_alone;
   });
   KeepBlows([&](size_t i) { return bears[i] != 0; });
-}
-
-// What sped up a body on the ground on its way to where it is, m/s^2.
-Vector3 Impacts::CourseOf(EntityRow row) const {
-  if (const FlownWay* const way = WayFromBlow(row)) return way->acceleration;
-  if (IsHit(row) || IsWoken(row)) return Vector3::Zero();
-  return world_.accelerations[row] + 2 / step_size_ * world_.layer.half_steps[Index(row)].held_velocity;
-}
-
-// Of that, what is no matter of the ground, which may hold it otherwise after the next blow.
-Vector3 Impacts::PushOf(EntityRow row) const {
-  const FlownWay* const way = WayFromBlow(row);
-  return world_.accelerations[row] + (way != nullptr ? way->by_others : Vector3(Vector3::Zero()));
-}
-
-bool Impacts::IsHit(EntityRow row) const { return std::as_const(world_.free_since)[row] < step_size_; }
-
-// Of one that was hit in this substep and put elsewhere.
-const FlownWay* Impacts::WayFromBlow(EntityRow row) const {
-  if (!IsHit(row)) return nullptr;
-  const auto way = std::ranges::lower_bound(ways_, row, {}, &FlownWay::row);
-  return way != ways_.end() && way->row == row ? &*way : nullptr;
 }
 
 }  // namespace genphys

@@ -14,7 +14,7 @@ constexpr size_t kTiedMost = 1024;
 
 }  // namespace
 
-bool Impacts::IsLinked(EntityRow row) const { return world_.jointed[row] && IsMovable(row); }
+bool Impacts::IsLinked(EntityRow row) const { return world_.jointed[row] && past_.IsMovable(row); }
 
 const Impacts::Group* Impacts::GroupOf(EntityRow row) const {
   const int group = std::as_const(world_.group_of)[row];
@@ -108,7 +108,7 @@ JointBody Impacts::ToJointBody(size_t place, const Pose& pose, const StruckBody&
 std::vector<JointBody> Impacts::BodiesOf(const Group& group, double time) const {
   std::vector<JointBody> bodies(group.sides.size());
   for (size_t i = 1; i < bodies.size(); ++i) {
-    const ImpactMotion motion = MotionOf(group.sides[i]);
+    const ImpactMotion motion = past_.MotionOf(group.sides[i]);
     bodies[i] = ToJointBody(i, motion.PoseBefore(time), motion.BodyBefore(time));
   }
   return bodies;

@@ -40,7 +40,7 @@ double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 // Who hangs together with whom.
 void Impacts::FindCrowds(const ContactBuffer& contacts) {
   const auto join = [&](const ContactPair& pair) {
-    if (!pair.is_sensor && IsMovable(pair.entity_a) && IsMovable(pair.entity_b))
+    if (!pair.is_sensor && past_.IsMovable(pair.entity_a) && past_.IsMovable(pair.entity_b))
       crowds_.Join(pair.entity_a, pair.entity_b);
   };
   for (const ContactPair& pair : contacts.pairs) join(pair);
@@ -58,7 +58,7 @@ void Impacts::CountCrowds() {
 bool Impacts::IsCrowded(const ContactPair& pair) { return crowds_.Of(MovableOf(pair)) > kRefinedMax; }
 
 EntityRow Impacts::MovableOf(const ContactPair& pair) const {
-  return IsMovable(pair.entity_a) ? pair.entity_a : pair.entity_b;
+  return past_.IsMovable(pair.entity_a) ? pair.entity_a : pair.entity_b;
 }
 
 bool Impacts::Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const {
@@ -79,7 +79,7 @@ void Impacts::FindMissed(const ContactBuffer& contacts) {
   }
   for (const ContactPair& pair : parting_) {
     if (IsCrowded(pair) || CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
-    const double since = FreeSince(pair);
+    const double since = past_.FreeSince(pair);
     double depth = 0, speed = 0;
     for (const ContactPoint& point : PointsOf(contacts, pair)) {
       depth = std::max(depth, point.depth);
@@ -100,38 +100,13 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   if (!rewinds_ || !(world_.active[Index(pair.entity_a)] || world_.active[Index(pair.entity_b)])) return false;
   EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   if (entities.b < entities.a) std::swap(entities.a, entities.b);
-  if (!WereTouching(entities)) return true;
-  return pair.material.restitution > 0 && !WerePressed(entities);
-}
-
-// When the step began.
-bool Impacts::WereTouching(const EntityPair& entities) const {
-  const auto known = touching_search_.LowerBound(world_.layer.touching, entities, &TouchingPair::pair);
-  return known != world_.layer.touching.end() && known->pair == entities;
-}
-
-// Against each other, in the last solve.
-bool Impacts::WerePressed(const EntityPair& entities) const {
-  const auto ids = [&](const ContactPair& pair) {
-    return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
-  };
-  const std::vector<ContactPair>& solved = world_.solved.pairs;
-  for (auto pair = solved_search_.LowerBound(solved, entities, ids); pair != solved.end(); ++pair) {
-    if (ids(*pair) != entities) return false;
-    if (HasPressed(world_.solved, *pair)) return true;
-  }
-  return false;
-}
-
-// How long before the end both were last hit, or the substep began: before that they did not go as they do now.
-double Impacts::FreeSince(const ContactPair& pair) const {
-  const RowValues<double>& free_since = world_.free_since;
-  return std::min({step_size_, free_since[pair.entity_a], free_since[pair.entity_b]});
+  if (!past_.WereTouching(entities)) return true;
+  return pair.material.restitution > 0 && !past_.WerePressed(entities);
 }
 
 bool Impacts::WereApart(const ContactPair& pair, double time, double speed) const {
   Manifold manifold;
-  FindMeeting(pair, time, time, 0, manifold);
+  past_.FindMeeting(pair, time, time, 0, manifold);
   const double most = 2 * DepthOfImpact(speed * step_size_);
   const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
   return std::ranges::all_of(points, [&](const MeetingPoint& point) { return point.depth <= most; });
@@ -152,7 +127,7 @@ bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point)
   const Placement a = InTime(pair.entity_a, pair.geometry_a, point, Vector3::Zero(), time);
   const Placement b = InTime(pair.entity_b, pair.geometry_b, point, point.relative_velocity, time);
   Manifold manifold;
-  FindContacts(GeometryAt(pair.geometry_a).shape, a, GeometryAt(pair.geometry_b).shape, b, 0, manifold);
+  FindContacts(past_.GeometryAt(pair.geometry_a).shape, a, past_.GeometryAt(pair.geometry_b).shape, b, 0, manifold);
   const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
   return std::ranges::all_of(points, [](const MeetingPoint& p) { return p.depth < kLookAhead / 4; });
 }
@@ -164,57 +139,13 @@ Placement Impacts::InTime(EntityRow entity, GeometryRow geometry, const ContactP
   Pose pose = world_.state.pose(entity);
   pose.position += time * (velocity + spin.cross(pose.position - point.position));
   pose.orientation = Turned(pose.orientation, spin, time);
-  return ToPlacement(pose.Transform(GeometryAt(geometry).pose_in_entity));
+  return ToPlacement(pose.Transform(past_.GeometryAt(geometry).pose_in_entity));
 }
 
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
   // Alone it would leave behind whom joints hold together with it.
   if (IsLinked(row)) return rewinds_ && GroupOf(row)->is_tied;
-  return candidate.is_held || speed_.IsInFlight(row) || (rewinds_ && StandsOnGround(row));
-}
-
-const Geometry& Impacts::GeometryAt(GeometryRow row) const {
-  const EntityRow entity = world_.rule.info(row).entity;
-  const GeometryRows& rows = world_.geometry_rows[Index(entity)];
-  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
-  return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
-}
-
-Placement Impacts::Placed(GeometryRow row, const ImpactMotion& motion, double time) const {
-  return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
-}
-
-// What holds a body takes away what pulls at it.
-Vector3 Impacts::PullOn(EntityRow row) const {
-  if (speed_.IsInFlight(row)) return world_.accelerations[row];
-  return StandsOnGround(row) ? CourseOf(row) : Vector3(Vector3::Zero());
-}
-
-ImpactMotion Impacts::MotionOf(EntityRow entity) const {
-  const uint32_t row = Index(entity);
-  const SceneEntity& scene_entity = *world_.scene.entities[row];
-  const Pose pose = world_.state.pose(entity);
-  const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
-  const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
-  if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
-  if (world_.jointed[entity]) {
-    const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
-    if (way != ways_.end() && way->row == entity) {
-      return ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, way->acceleration,
-                                 way->torque);
-    }
-  }
-  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
-}
-
-void Impacts::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const {
-  FindMeeting(pair, MotionOf(pair.entity_a), time_a, MotionOf(pair.entity_b), time_b, gap, manifold);
-}
-
-void Impacts::FindMeeting(const ContactPair& pair, const ImpactMotion& a, double time_a, const ImpactMotion& b,
-                          double time_b, double gap, Manifold& manifold) const {
-  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
-               Placed(pair.geometry_b, b, time_b), gap, manifold);
+  return candidate.is_held || speed_.IsInFlight(row) || (rewinds_ && past_.StandsOnGround(row));
 }
 
 // Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that graze
@@ -226,8 +157,8 @@ void Impacts::Refine(Candidate& candidate) const {
   double gap = candidate.is_swept ? kFlatPart * way + kFlatGap : way + kFlatGap;
   const bool goes_a = GoesBack(candidate.pair.entity_a, candidate),
              goes_b = GoesBack(candidate.pair.entity_b, candidate);
-  const ImpactMotion a = MotionOf(candidate.pair.entity_a), b = MotionOf(candidate.pair.entity_b);
-  const double since = FreeSince(candidate.pair);
+  const ImpactMotion a = past_.MotionOf(candidate.pair.entity_a), b = past_.MotionOf(candidate.pair.entity_b);
+  const double since = past_.FreeSince(candidate.pair);
   double touching = candidate.is_swept ? 0 : -1, apart = since, time = candidate.time;
   struct Look {
     double time;
@@ -237,7 +168,7 @@ void Impacts::Refine(Candidate& candidate) const {
   Manifold manifold;
   for (int look = 0; look < kLooksMax; ++look) {
     const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
-    FindMeeting(candidate.pair, a, time_a, b, time_b, gap, manifold);
+    past_.FindMeeting(candidate.pair, a, time_a, b, time_b, gap, manifold);
     double depth = -gap;
     const MeetingPoint* deepest = nullptr;
     for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
@@ -274,12 +205,12 @@ void Impacts::Refine(Candidate& candidate) const {
 // Whether it is one of many hits of a body that stays in touch while it rolls, each of them hardly later than the last
 // one.
 bool Impacts::HasRolled(const Candidate& candidate, double time) const {
-  const double since = FreeSince(candidate.pair);
+  const double since = past_.FreeSince(candidate.pair);
   if (solves_ < kManySolves || since == step_size_ || time < since - kLeastProgress * step_size_) return false;
   const auto spin = [&](EntityRow row) { return world_.state.angular_velocities.col(Index(row)); };
   if ((spin(candidate.pair.entity_a) - spin(candidate.pair.entity_b)).norm() * step_size_ < kRollingTurn) return false;
   Manifold manifold;
-  FindMeeting(candidate.pair, since, since, DepthOfImpact(candidate.closing * step_size_), manifold);
+  past_.FindMeeting(candidate.pair, since, since, DepthOfImpact(candidate.closing * step_size_), manifold);
   return manifold.count > 0;
 }
 

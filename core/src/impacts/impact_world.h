@@ -16,6 +16,9 @@ namespace genphys {
 /// What no impact hit since the substep began.
 inline constexpr double kAlwaysFree = std::numeric_limits<double>::infinity();
 
+/// Against what somebody is pressed.
+enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
+
 /// The way of a body to where it is now.
 struct FlownWay {
   EntityRow row{};
@@ -51,7 +54,7 @@ struct ImpactWorld {
   RowValues<int>& crowd_number;  // -1: none
   RowValues<double>& earliest;
   RowValues<double>& free_since;  // s before the end
-  RowValues<uint8_t>& stances;    // of who is pressed against something
+  RowValues<uint8_t>& stances;    // of Stance
   RowValues<int>& passed_index;   // -1: none
 };
 

@@ -27,16 +27,25 @@ double FrictionAt(const MixedMaterial& material, double speed) {
 }  // namespace
 
 Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
-    : world_(world), step_size_(step_size), rewinds_(rewinds), speed_(world_, step_size), crowds_(world.crowd_number) {}
+    : world_(world),
+      step_size_(step_size),
+      rewinds_(rewinds),
+      speed_(world_, step_size),
+      past_(world_, step_size),
+      bearings_(world_, past_, speed_),
+      crowds_(world.crowd_number) {}
 
 bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,
                     std::span<const FlownWay> flown) {
   ++solves_;
   moved_.clear();
-  ways_ = flown;
+  past_.Follow(flown);
   Find(contacts, changed, swept);
   if (candidates_.empty()) return false;
-  FindStances(contacts);
+  const auto is_woken = [&](const Candidate& candidate) {
+    return bearings_.IsWoken(candidate.pair.entity_a) || bearings_.IsWoken(candidate.pair.entity_b);
+  };
+  if (rewinds_) bearings_.FindStances(contacts, std::ranges::any_of(candidates_, is_woken));
   FindGroups();
   // By their depth alone the edge of a tile behind can seem to have been met before the one that was.
   Time();
@@ -138,7 +147,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   const bool is_free = speed_.IsFree(pair);
   const bool is_held = !is_free && IsNewAmongHeld(pair);
   if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
-  const double since = FreeSince(pair);
+  const double since = past_.FreeSince(pair);
   const bool goes_back = rewinds_ && (is_free || is_held);
   std::optional<Candidate> found;
   std::optional<bool> were_apart;  // as far as somebody looked
@@ -152,7 +161,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
     }
     double time = 0;
     if (is_fresh) {
-      const Vector3 pull = PullOn(pair.entity_b) - PullOn(pair.entity_a);
+      const Vector3 pull = past_.PullOn(pair.entity_b) - past_.PullOn(pair.entity_a);
       const double square = closing * closing + 2 * pull.dot(point.normal) * point.depth;
       time = square > 0 ? 2 * point.depth / (closing + std::sqrt(square)) : point.depth / closing;
       time = std::min(time, since);
@@ -214,7 +223,7 @@ uint32_t Impacts::NumberOf(EntityRow row) {
   int& index = world_.struck_index[row];
   if (index < 0) {
     index = static_cast<int>(struck_.size());
-    struck_.push_back({.row = row, .motion = MotionOf(row)});
+    struck_.push_back({.row = row, .motion = past_.MotionOf(row)});
   }
   return static_cast<uint32_t>(index);
 }
@@ -264,7 +273,7 @@ void Impacts::AddBlows(const ContactBuffer& contacts, Candidate& candidate) {
   if (candidate.time > 0) {
     Manifold manifold;
     const double gap = std::max(kFlatGap, kFlatPart * candidate.closing * step_size_);
-    FindMeeting(pair, time_a, time_b, gap, manifold);
+    past_.FindMeeting(pair, time_a, time_b, gap, manifold);
     const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
     for (const MeetingPoint& point : points) AddBlow(candidate, point.position, point.normal);
     if (candidate.is_timed) candidate.gap = GapOf(points);
@@ -325,8 +334,8 @@ std::vector<StruckBody> Impacts::RestOfStep() {
     Struck& struck = struck_[i];
     ends.push_back(struck.motion.Coast(bodies_[i], struck.time));
     // What it stands on holds it as far as it does so now.
-    if (!StandsOnGround(struck.row)) continue;
-    struck.by_others = struck.time * (PushOf(struck.row) - world_.accelerations[struck.row]);
+    if (!past_.StandsOnGround(struck.row)) continue;
+    struck.by_others = struck.time * (past_.PushOf(struck.row) - world_.accelerations[struck.row]);
     ends.back().linear_velocity =
         bodies_[i].linear_velocity + struck.time * world_.accelerations[struck.row] + struck.by_others;
   }
@@ -372,7 +381,7 @@ void Impacts::PushAside(const Blow& support, uint32_t bearer, std::vector<Struck
   const bool is_a = support.borne == Borne::kA;
   const uint32_t borne = is_a ? support.body_a : support.body_b;
   const EntityRow row = struck_[bearer].row;
-  if (!IsMovable(row) || IsTied(row) || IsTied(struck_[borne].row)) return;
+  if (!past_.IsMovable(row) || IsTied(row) || IsTied(struck_[borne].row)) return;
   const Vector3& pull = world_.accelerations[row];
   const Vector3 down = pull.normalized(), impulse = support.impulse * support.normal + support.rubbing;
   const auto along = [&](const Vector3& all) { return Vector3(all - all.dot(down) * down); };
@@ -432,7 +441,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     world_.state.linear_velocities.col(row) = linear;
     world_.state.angular_velocities.col(row) = angular;
     half.is_struck = true;
-    if (StandsOnGround(struck.row)) half.Restart();
+    if (past_.StandsOnGround(struck.row)) half.Restart();
     half.velocity += gained;
     half.momentum += ends[i].tensor * turned;
   }

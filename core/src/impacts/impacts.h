@@ -9,14 +9,15 @@
 #include "genphys/contact.h"
 #include "genphys/narrow_phase.h"
 #include "genphys/row_marks.h"
+#include "impacts/bearings.h"
 #include "impacts/crowds.h"
 #include "impacts/impact_motion.h"
+#include "impacts/impact_past.h"
 #include "impacts/impact_speed.h"
 #include "impacts/impact_world.h"
 #include "impacts/ties.h"
 #include "joints/joint_step.h"
 #include "motion/spring_forces.h"
-#include "pairs/ordered_search.h"
 
 namespace genphys {
 
@@ -49,6 +50,8 @@ class Impacts {
  public:
   /// Without `rewinds` all impacts are those of the present moment.
   Impacts(const ImpactWorld& world, double step_size, bool rewinds);
+  Impacts(const Impacts&) = delete;
+  Impacts& operator=(const Impacts&) = delete;
 
   /// Solves the earliest impacts among `contacts` (at the present poses) and `swept`. False: there are none left. Pairs
   /// with none of the rows in `changed` are as they were at the last Solve(), unless it is null. `flown` are the ways
@@ -88,12 +91,6 @@ class Impacts {
     bool is_apart = false;    // more than that
     Borne borne = Borne::kUnknown;
     bool is_passed_down = false;  // from what joints hold together to somebody apart from it
-  };
-  // Who was pressed against whom that bears it, or that nothing can move.
-  struct Bearing {
-    EntityRow borne{};
-    EntityRow bearer{};
-    ContactPair pair;
   };
   // From one that is hit, or what joints hold together with it, to all that bear it.
   struct Descent {
@@ -140,9 +137,6 @@ class Impacts {
     Vector3 by_others = Vector3::Zero();     // see FlownWay
   };
 
-  // Against what somebody is pressed.
-  enum Stance : uint8_t { kOnGround = 1, kAmongOthers = 2 };
-
   // Of the substep: impacts of one body that are nearer to each other happen at once.
   static constexpr double kSameTime = 0.05;
   // Of impacts in time: how far from touching (m, and of the way of a substep) the other corners of what lands flat may
@@ -159,9 +153,6 @@ class Impacts {
   std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
-  bool WereTouching(const EntityPair& entities) const;
-  bool WerePressed(const EntityPair& entities) const;
-  double FreeSince(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
   bool Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
@@ -179,8 +170,6 @@ class Impacts {
   void PushAside(const Blow& support, uint32_t bearer, std::vector<StruckBody>& ends) const;
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
-  Vector3 PullOn(EntityRow row) const;
-  ImpactMotion MotionOf(EntityRow row) const;
   void HoldLocked(EntityRow row, StruckBody& body) const;
   // Of the row in struck_, to which it is added unless it is there.
   uint32_t NumberOf(EntityRow row);
@@ -195,11 +184,6 @@ class Impacts {
   // m, between two that meet in these points; of none, beyond all.
   static double GapOf(std::span<const MeetingPoint> points);
   // What stands on the ground (impact_supports.cc).
-  void FindStances(const ContactBuffer& contacts);
-  bool IsWoken(EntityRow row) const;
-  void NoteStance(const ContactPair& pair);
-  bool IsMovable(EntityRow row) const;
-  bool StandsOnGround(EntityRow row) const;
   bool IsBorne(EntityRow row) const;
   bool Bears(const ContactBuffer& contacts, const ContactPair& pair, bool is_a) const;
   bool IsMovedApart(EntityRow bearer, EntityRow row) const;
@@ -208,16 +192,7 @@ class Impacts {
   bool IsSqueezed(const Group& group) const;
   void ChooseSupports(const Group& group);
   void AddSupportBlows();
-  Vector3 CourseOf(EntityRow row) const;
-  Vector3 PushOf(EntityRow row) const;
-  bool IsHit(EntityRow row) const;
-  const FlownWay* WayFromBlow(EntityRow row) const;
   // What bears them that lie among others (impact_passing.cc).
-  void FindBearings(const ContactBuffer& contacts);
-  std::pair<bool, bool> BorneIn(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed) const;
-  void NoteBearings(const ContactBuffer& contacts, const ContactPair& pair, bool has_pressed);
-  std::span<const uint32_t> BearingsOf(EntityRow row) const;
-  bool IsHitFromAbove(const ContactBuffer& contacts, const ContactPair& hit, EntityRow row) const;
   bool IsPassedOn(const ContactBuffer& contacts, const Candidate& candidate, EntityRow row) const;
   bool FollowDown(EntityRow row, int number, Descent& descent);
   void AddBearers(const ContactBuffer& contacts);
@@ -249,34 +224,24 @@ class Impacts {
   std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;
   void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
   void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
-  void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
-  void FindMeeting(const ContactPair& pair, const ImpactMotion& a, double time_a, const ImpactMotion& b, double time_b,
-                   double gap, Manifold& manifold) const;
   // Where a geometry is `time` seconds later if its entity turns on as it does now, and goes on at `velocity` where the
   // point is.
   Placement InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
                    double time) const;
-  Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
-  const Geometry& GeometryAt(GeometryRow row) const;
 
   const ImpactWorld& world_;
   double step_size_;
   bool rewinds_;
   ImpactSpeed speed_;
+  ImpactPast past_;
+  Bearings bearings_;
   std::vector<Candidate> candidates_;
   std::vector<Candidate> waiting_;    // for earlier ones of their bodies
   std::vector<ContactPair> parting_;  // overlap, and part at the end
   Crowds crowds_;                     // of candidates_
-  std::span<const FlownWay> ways_;    // by row
   std::vector<Group> groups_;         // of the candidates
   std::vector<Candidate> supports_;   // on what those stand that are struck
-  bool knows_stances_ = false;
-  std::vector<Bearing> bearings_;
-  std::vector<uint32_t> bearing_order_;  // of bearings_, by row of who is borne
-  bool knows_bearings_ = false;
   int solves_ = 0;
-  mutable OrderedSearch touching_search_;
-  mutable OrderedSearch solved_search_;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_
   std::vector<StruckBody> bodies_;  // of struck_, at their times, moving as joints let them

@@ -40,8 +40,14 @@ void World::Unsettle(EntityRow row) {
   unsettled_.Mark(row);
 }
 
+void World::UnsettleAndWake(EntityRow row) {
+  Unsettle(row);
+  WakeIslandOf(row);
+}
+
 // What no contact moves, a floor for instance, was not held: many others may lie on it.
 void World::LetGo(EntityRow row) {
+  WakeIslandOf(row);
   if (!scene_.entities[Index(row)]->traits.is_dynamic) return;
   Unsettle(row);
   if (let_go_[row]) return;
@@ -57,9 +63,7 @@ void World::WakeNeighboursOf(EntityRow row) {
     const JointDesc& joint = scene_.joints[slot]->desc;
     const EntityRow a = RowOf(joint.entity_a), b = RowOf(joint.entity_b);
     const EntityRow other = a == row ? b : a;
-    if (other == kWorldRow) continue;
-    LetGo(other);
-    WakeIslandOf(other);
+    if (other != kWorldRow) LetGo(other);
   }
 }
 
@@ -99,10 +103,8 @@ void World::EndTouches() {
   if (aftermath_.displaced.empty()) return;  // whoever was detached is there too
   const auto left = [&](EntityId id) { return std::ranges::binary_search(aftermath_.displaced, id); };
   const auto is_detached = [&](EntityId id) { return std::ranges::binary_search(aftermath_.detached, id); };
-  const auto wake = [&](EntityId id) {
-    if (state_.ids[id.index()] != id) return;
-    LetGo(EntityRow{id.index()});
-    WakeIslandOf(EntityRow{id.index()});
+  const auto let_go = [&](EntityId id) {
+    if (state_.ids[id.index()] == id) LetGo(EntityRow{id.index()});
   };
   // Taken off and put back with other surfaces, it holds who touches it in another way.
   const auto is_changed = [&](EntityId id) {
@@ -117,8 +119,8 @@ void World::EndTouches() {
   std::vector<TouchingPair> ended;
   const auto leave = [&](const TouchingPair& touching) {
     const auto& [a, b] = touching.pair;
-    if (left(a)) wake(b);
-    if (left(b)) wake(a);
+    if (left(a)) let_go(b);
+    if (left(b)) let_go(a);
     if (is_changed(a)) restart(b);
     if (is_changed(b)) restart(a);
     if (is_over(touching)) ended.push_back(touching);

@@ -299,10 +299,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
   if (fields.Has(EntityField::kPose)) SetPoseNow({command.id, now.pose.position, now.pose.orientation});
   if (fields.Has(EntityField::kLinearVelocity)) SetVelocityNow({command.id, now.rigid_body->linear_velocity, {}});
   if (fields.Has(EntityField::kAngularVelocity)) SetVelocityNow({command.id, {}, now.rigid_body->angular_velocity});
-  if (now.rigid_body && (fields.bits & ~kLooks) != 0) {
-    Unsettle(row);
-    WakeIslandOf(row);
-  }
+  if (now.rigid_body && (fields.bits & ~kLooks) != 0) UnsettleAndWake(row);
   if (scene_.world.recorded_events.changes) Record(EntityUpdated{command.id, entity.desc, fields});
 }
 
@@ -381,8 +378,7 @@ void World::SetVelocityNow(const SetVelocity& command) {
            WorldTensor(state_.pose(row).orientation, tensor) * (state_.angular_velocities.col(slot) - angular),
            !joint_index_.Of(row).empty(), layer_.half_steps[slot]);
   TellPose(row);
-  Unsettle(row);
-  WakeIslandOf(row);
+  UnsettleAndWake(row);
   if (!scene_.force_fields.empty()) aftermath_.pushed.push_back(command.id);
   UpdateActive(row);
 }
@@ -411,8 +407,7 @@ void World::SetPoseNow(const SetPose& command) {
   Revive(row);
   TellPose(row);
   contacts_stale_ = true;
-  Unsettle(row);
-  WakeIslandOf(row);
+  UnsettleAndWake(row);
   if (!IsDynamic(desc)) WakeWhereItIs(row);
 }
 

@@ -1,0 +1,104 @@
+#include "impacts/impact_past.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "pairs/contact_points.h"
+
+namespace genphys {
+
+bool ImpactPast::IsMovable(EntityRow row) const {
+  return world_.active[Index(row)] && world_.scene.entities[Index(row)]->traits.is_dynamic;
+}
+
+bool ImpactPast::IsHit(EntityRow row) const { return std::as_const(world_.free_since)[row] < step_size_; }
+
+bool ImpactPast::StandsOnGround(EntityRow row) const {
+  return std::as_const(world_.stances)[row] == kOnGround && !world_.jointed[row];
+}
+
+double ImpactPast::FreeSince(const ContactPair& pair) const {
+  const RowValues<double>& free_since = world_.free_since;
+  return std::min({step_size_, free_since[pair.entity_a], free_since[pair.entity_b]});
+}
+
+bool ImpactPast::WereTouching(const EntityPair& entities) const {
+  const auto known = touching_search_.LowerBound(world_.layer.touching, entities, &TouchingPair::pair);
+  return known != world_.layer.touching.end() && known->pair == entities;
+}
+
+bool ImpactPast::WerePressed(const EntityPair& entities) const {
+  const auto ids = [&](const ContactPair& pair) {
+    return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  };
+  const std::vector<ContactPair>& solved = world_.solved.pairs;
+  for (auto pair = solved_search_.LowerBound(solved, entities, ids); pair != solved.end(); ++pair) {
+    if (ids(*pair) != entities) return false;
+    if (HasPressed(world_.solved, *pair)) return true;
+  }
+  return false;
+}
+
+const FlownWay* ImpactPast::WayFromBlow(EntityRow row) const {
+  if (!IsHit(row)) return nullptr;
+  const auto way = std::ranges::lower_bound(ways_, row, {}, &FlownWay::row);
+  return way != ways_.end() && way->row == row ? &*way : nullptr;
+}
+
+Vector3 ImpactPast::CourseOf(EntityRow row) const {
+  if (const FlownWay* const way = WayFromBlow(row)) return way->acceleration;
+  if (IsHit(row) || IsWoken(row)) return Vector3::Zero();
+  return world_.accelerations[row] + 2 / step_size_ * world_.layer.half_steps[Index(row)].held_velocity;
+}
+
+Vector3 ImpactPast::PushOf(EntityRow row) const {
+  const FlownWay* const way = WayFromBlow(row);
+  return world_.accelerations[row] + (way != nullptr ? way->by_others : Vector3(Vector3::Zero()));
+}
+
+// What holds a body takes away what pulls at it.
+Vector3 ImpactPast::PullOn(EntityRow row) const {
+  if (speed_.IsInFlight(row)) return world_.accelerations[row];
+  return StandsOnGround(row) ? CourseOf(row) : Vector3(Vector3::Zero());
+}
+
+ImpactMotion ImpactPast::MotionOf(EntityRow entity) const {
+  const uint32_t row = Index(entity);
+  const SceneEntity& scene_entity = *world_.scene.entities[row];
+  const Pose pose = world_.state.pose(entity);
+  const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
+  const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
+  if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
+  if (world_.jointed[entity]) {
+    const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
+    if (way != ways_.end() && way->row == entity) {
+      return ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, way->acceleration,
+                                 way->torque);
+    }
+  }
+  return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
+}
+
+const Geometry& ImpactPast::GeometryAt(GeometryRow row) const {
+  const EntityRow entity = world_.rule.info(row).entity;
+  const GeometryRows& rows = world_.geometry_rows[Index(entity)];
+  const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
+  return world_.scene.entities[Index(entity)]->desc->rigid_body->geometries[place];
+}
+
+Placement ImpactPast::Placed(GeometryRow row, const ImpactMotion& motion, double time) const {
+  return ToPlacement(motion.PoseBefore(time).Transform(GeometryAt(row).pose_in_entity));
+}
+
+void ImpactPast::FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap,
+                             Manifold& manifold) const {
+  FindMeeting(pair, MotionOf(pair.entity_a), time_a, MotionOf(pair.entity_b), time_b, gap, manifold);
+}
+
+void ImpactPast::FindMeeting(const ContactPair& pair, const ImpactMotion& a, double time_a, const ImpactMotion& b,
+                             double time_b, double gap, Manifold& manifold) const {
+  FindContacts(GeometryAt(pair.geometry_a).shape, Placed(pair.geometry_a, a, time_a), GeometryAt(pair.geometry_b).shape,
+               Placed(pair.geometry_b, b, time_b), gap, manifold);
+}
+
+}  // namespace genphys

@@ -1,0 +1,67 @@
+#pragma once
+#include <span>
+
+#include "genphys/contact.h"
+#include "genphys/entity.h"
+#include "genphys/narrow_phase.h"
+#include "impacts/impact_motion.h"
+#include "impacts/impact_speed.h"
+#include "impacts/impact_world.h"
+#include "pairs/ordered_search.h"
+
+namespace genphys {
+
+/// How those that collide came to where they are at the end of the substep, and what held them on their way. Times are
+/// seconds before that end.
+class ImpactPast {
+ public:
+  ImpactPast(const ImpactWorld& world, double step_size)
+      : world_(world), speed_(world, step_size), step_size_(step_size) {}
+
+  /// From now on these are known to be the ways since each was hit, by row.
+  void Follow(std::span<const FlownWay> ways) { ways_ = ways; }
+
+  bool IsMovable(EntityRow row) const;
+  /// Nobody knows yet what holds it.
+  bool IsWoken(EntityRow row) const { return world_.layer.half_steps[Index(row)].is_woken; }
+  /// In this substep.
+  bool IsHit(EntityRow row) const;
+  /// It is pressed against what nothing moves, and against nobody else.
+  bool StandsOnGround(EntityRow row) const;
+  /// How long ago both were last hit, or the substep began: before that they did not go as they do now.
+  double FreeSince(const ContactPair& pair) const;
+  /// When the step began.
+  bool WereTouching(const EntityPair& entities) const;
+  /// Against each other, in the last solve.
+  bool WerePressed(const EntityPair& entities) const;
+
+  /// The way of one that was hit in this substep and put elsewhere, or null.
+  const FlownWay* WayFromBlow(EntityRow row) const;
+  /// What sped up a body on the ground, m/s^2.
+  Vector3 CourseOf(EntityRow row) const;
+  /// Of that, what is no matter of the ground, which may hold it otherwise after the next blow.
+  Vector3 PushOf(EntityRow row) const;
+  /// What pulls at it, in flight or on the ground, beyond what holds it, m/s^2.
+  Vector3 PullOn(EntityRow row) const;
+  ImpactMotion MotionOf(EntityRow row) const;
+
+  const Geometry& GeometryAt(GeometryRow row) const;
+  /// Where two meet if a is where it was `time_a` ago and b where it was `time_b` ago, with points no farther apart
+  /// than `gap` (m).
+  void FindMeeting(const ContactPair& pair, double time_a, double time_b, double gap, Manifold& manifold) const;
+  /// The same of bodies that move as `a` and `b`.
+  void FindMeeting(const ContactPair& pair, const ImpactMotion& a, double time_a, const ImpactMotion& b, double time_b,
+                   double gap, Manifold& manifold) const;
+
+ private:
+  Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
+
+  const ImpactWorld& world_;
+  ImpactSpeed speed_;
+  double step_size_;
+  std::span<const FlownWay> ways_;
+  mutable OrderedSearch touching_search_;
+  mutable OrderedSearch solved_search_;
+};
+
+}  // namespace genphys
