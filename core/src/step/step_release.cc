@@ -12,13 +12,6 @@ namespace {
 
 // Of the forces by which those that hang together are held: what is left of their sum beyond that is of somebody else.
 constexpr double kOfOthers = 1e-3;
-// Of the larger of two velocities: who is led changes by more at once, or goes on much as before.
-constexpr double kJump = 0.5;
-
-bool IsJump(const Vector3& before, const Vector3& after) {
-  return (after - before).norm() > kJump * std::max(before.norm(), after.norm());
-}
-
 }  // namespace
 
 bool StepRun::Holds(const ContactPair& pair) const {
@@ -160,27 +153,13 @@ void StepRun::RestartFallen() {
   }
 }
 
-// Whether what moves by itself goes on otherwise than it was led in the last substep.
-bool StepRun::IsLedOtherwise(EntityRow row) const {
-  if (IsDynamic(row)) return false;
-  const HalfStep& last = world_.layer_.half_steps[Index(row)];
-  return IsJump(last.velocity, state_.linear_velocities.col(Index(row))) ||
-         IsJump(last.momentum, state_.angular_velocities.col(Index(row)));
-}
-
-void StepRun::NoteLed(EntityRow row) {
-  HalfStep& half = world_.layer_.half_steps[Index(row)];
-  half.velocity = state_.linear_velocities.col(Index(row));
-  half.momentum = state_.angular_velocities.col(Index(row));
-}
-
 // A lift that starts or stops at once holds what it carries by another force from then on.
 void StepRun::RestartCarried() {
   std::vector<EntityRow> leaders, carried;
   for (const ContactPair& pair : world_.contacts_.pairs) {
     for (const auto& [leader, other] :
          {std::pair(pair.entity_a, pair.entity_b), std::pair(pair.entity_b, pair.entity_a)}) {
-      if (!IsLedOtherwise(leader) || !Holds(pair)) continue;
+      if (IsDynamic(leader) || !courses_.IsLedOtherwise(leader) || !Holds(pair)) continue;
       leaders.push_back(leader);
       carried.push_back(other);
     }
@@ -200,7 +179,7 @@ void StepRun::RestartCarried() {
   }
   for (const EntityRow row : leaders) {
     undo_.Keep(row);
-    NoteLed(row);
+    courses_.Note(row);
   }
 }
 

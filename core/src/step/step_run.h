@@ -13,6 +13,7 @@
 #include "motion/mover.h"
 #include "pairs/disjoint_sets.h"
 #include "pairs/ordered_search.h"
+#include "step/courses.h"
 #include "step/step_scratch.h"
 #include "step/step_undo.h"
 #include "step/touching.h"
@@ -36,26 +37,6 @@ class StepRun {
   struct Flyer {
     EntityRow row{};
     Vector3 acceleration = Vector3::Zero();
-  };
-
-  // How what moves by itself goes in this step.
-  struct Course {
-    EntityRow row{};
-    // As told: m/s and rad/s, the mean of the step.
-    Vector3 linear = Vector3::Zero();
-    Vector3 angular = Vector3::Zero();
-    // By how much faster it is at the end of the step than at its beginning.
-    Vector3 gain = Vector3::Zero();
-    Vector3 twist = Vector3::Zero();
-    // By how much faster than in the last step it goes at once where that is none.
-    Vector3 jump = Vector3::Zero();
-    Vector3 twist_jump = Vector3::Zero();
-  };
-
-  // By how much faster something moves at a later time: m/s and rad/s.
-  struct Faster {
-    Vector3 linear = Vector3::Zero();
-    Vector3 angular = Vector3::Zero();
   };
 
   void Advance();
@@ -103,13 +84,7 @@ class StepRun {
   // Returns those whose way is over, who may be elsewhere now.
   std::vector<EntityId> StartPassages();
   bool Lead(EntityId id, Passage& passage);
-  void FindCourses();
-  // What is led, from the middle of the last substep to that of the one of `h` seconds that comes. With `is_smooth`
-  // only as far as it goes on so.
-  Faster LedFaster(EntityRow row, double h, bool is_smooth) const;
   void FillLedSlips(double h);
-  void FollowCourses(double part);
-  void EndCourses();
 
   // The flight lane (step_flight.cc).
   bool MayFly(EntityRow row) const;
@@ -166,8 +141,6 @@ class StepRun {
                          absl::FunctionRef<void(uint32_t, uint32_t)> join);
   DisjointSets HangTogether();
   void RestartFallen();
-  bool IsLedOtherwise(EntityRow row) const;
-  void NoteLed(EntityRow row);
   void RestartCarried();
   void RestartTogether();
 
@@ -239,7 +212,7 @@ class StepRun {
   std::vector<Flyer> flyers_;
   FieldForces::Reach field_reach_;
   std::vector<EntityRow> kinematic_rows_;  // active ones, ascending
-  std::vector<Course> courses_;            // of these
+  Courses courses_;                        // of these
   StepTouches touches_;
   JointStep& joints_;
   LockedBodies locked_;

@@ -95,7 +95,7 @@ class StepRun::Turns {
 
   // m/s^2, of what is led.
   Vector3 LedRateAt(EntityRow row, const Vector3& point) const {
-    const Faster faster = run_.LedFaster(row, h_, true);
+    const Courses::Faster faster = run_.courses_.ChangeOf(row, h_, false);
     return (faster.linear + faster.angular.cross(point - run_.CenterOf(row))) / h_;
   }
 

@@ -43,6 +43,7 @@ StepRun::StepRun(World& world, double step_size)
       fields_(world.scene_, world.state_),
       undo_(world),
       movers_(scratch_.movers),
+      courses_(world.layer_, world.state_, step_size),
       touches_(world.rule_, world.state_, world.scene_.world.recorded_events, world.layer_.touching),
       joints_(*world.joint_step_),
       locked_(world.scene_, world.state_) {}
@@ -170,13 +171,13 @@ void StepRun::Advance() {
 
 // What contacts, joints or command move, in the engine's lane.
 void StepRun::RunEngine(uint32_t substeps) {
-  FindCourses();
+  courses_.Find(kinematic_rows_, substep_);
   SettleBeforehand();
   for (uint32_t i = 0; i < substeps; ++i) {
-    FollowCourses((i + 0.5) / substeps);
+    courses_.Follow((i + 0.5) / substeps, *world_.engine_);
     Substep(substep_, i * substep_);
   }
-  EndCourses();
+  courses_.End(*world_.engine_);
   FinishNetForces();
   ForgetUnsettled();
   // Too many met for one substep.
