@@ -1,6 +1,7 @@
 // What happens in one place goes on as if nothing happened elsewhere, to the last bit.
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -262,6 +263,33 @@ TEST_P(FarApart, AreThoseWhomCommandsChange) {
     }
     EXPECT_EQ(step, kSteps) << "scene " << seed;
   }
+}
+
+// What was led smoothly goes on by itself, and the first step of that finds no command of its own.
+TEST_P(FarApart, IsALiftThatWasLedFromWhomCommandsChange) {
+  Proves({Claim::kKinematicLed, Claim::kJointFixed, Claim::kUniformField, Claim::kSleeping});
+  constexpr int kLed = 20, kSteps = 60;
+  const auto courses = [&](bool is_among) {
+    const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .default_auto_disable = {.enabled = false}});
+    EntityDesc lift = Block({0, 0, 2}, {20, 20, 0.5});
+    lift.rigid_body->motion_type = MotionType::kKinematic;
+    const EntityId led = Add(*world, lift), crate = Add(*world, Crate({0.5, 0, 3}));
+    std::optional<Workshop> workshop;
+    if (is_among) workshop.emplace(*world, 400);
+    Random random(3);
+    std::vector<Course> all;
+    for (int step = 0; step < kSteps; ++step) {
+      const Vector3 velocity(0.02 * step * step, 0, 0.05 * step);  // under it the crate slides
+      if (step < kLed) Do(*world, SetVelocity{.id = led, .linear = velocity, .angular = Vector3(0, 0, 0.05 * step)});
+      if (is_among) workshop->DoAny(random);
+      Steps(*world, 1);
+      all.push_back(CourseOf(*world, {led, crate}));
+    }
+    return all;
+  };
+  const std::vector<Course> alone = courses(false), among = courses(true);
+  const auto first = std::ranges::mismatch(alone, among).in1;
+  EXPECT_EQ(first, alone.end()) << "from step " << first - alone.begin() << " on";
 }
 
 // Forces are told anew for every step, as a controller does.

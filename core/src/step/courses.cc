@@ -53,10 +53,18 @@ void Courses::Find(std::span<const EntityRow> rows, double substep) {
   }
 }
 
-bool Courses::AreEven() const {
-  return std::ranges::all_of(courses_, [](const Course& course) {
-    return course.gain.isZero(0) && course.twist.isZero(0) && course.jump.isZero(0) && course.twist_jump.isZero(0);
-  });
+bool Courses::Course::IsEven() const {
+  return gain.isZero(0) && twist.isZero(0) && jump.isZero(0) && twist_jump.isZero(0);
+}
+
+bool Courses::AreEven() const { return std::ranges::all_of(courses_, &Course::IsEven); }
+
+std::vector<EntityRow> Courses::Uneven() const {
+  std::vector<EntityRow> rows;
+  for (const Course& course : courses_) {
+    if (!course.IsEven()) rows.push_back(course.row);
+  }
+  return rows;
 }
 
 Courses::Faster Courses::ChangeOf(EntityRow row, double h, bool jumps) const {

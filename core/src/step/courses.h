@@ -29,6 +29,8 @@ class Courses {
   bool empty() const { return courses_.empty(); }
   /// Whether all go on in this step as in the last one.
   bool AreEven() const;
+  /// Those that do not, ascending: what is known of how their surfaces slip is not of how they go on from the end.
+  std::vector<EntityRow> Uneven() const;
 
   /// By how much faster it is led in the middle of a substep of `h` seconds than in that of the one before: what jumps
   /// does so before the first one, and counts where `jumps`.
@@ -56,6 +58,8 @@ class Courses {
     // By how much faster than in the last step it goes at once where that is none.
     Vector3 jump = Vector3::Zero();
     Vector3 twist_jump = Vector3::Zero();
+
+    bool IsEven() const;
   };
 
   LayerState& layer_;

@@ -182,6 +182,7 @@ void StepRun::RunEngine(uint32_t substeps) {
   ForgetUnsettled();
   // Too many met for one substep.
   for (const EntityRow row : unfinished_) world_.Unsettle(row);
+  for (const EntityRow row : courses_.Uneven()) world_.Unsettle(row);
   FinishJoints();
 }
 
