@@ -162,5 +162,35 @@ TEST_P(Belts, GoOnAlikeOnAnotherEngine) {
   EXPECT_NEAR(PositionOf(*world, crate).x(), Carried(2), WayError(*world));
 }
 
+// By Coulomb's law for the slip of the surfaces: m mu (1 + e) v, or as much as lets a ball roll on the belt.
+TEST_P(Belts, TakeAlongWhatBouncesOnThem) {
+  Proves({Claim::kRestitution, Claim::kSphere});
+  constexpr double kRadius = 0.1, kHeight = 0.5, kExact = 1e-4;
+  for (const double restitution : {0.0, 0.8}) {
+    for (const double friction : {0.05, 2.0}) {
+      for (const double speed : {3.0, 60.0}) {  // m/s: the faster one is past the belt in a step
+        const auto world = OnFloor(GetParam(), {.friction = friction, .restitution = restitution});
+        const Vector3 along(std::cos(0.7), std::sin(0.7), 0);
+        Add(*world, Belt(kSpeed * along));
+        EntityDesc ball = Ball({0, 0, 1 + kRadius + kHeight}, kRadius);
+        ball.rigid_body->linear_velocity = {0, 0, -speed};
+        const EntityId id = Add(*world, ball);
+        const double landing = std::sqrt(speed * speed + 2 * kGravity * kHeight);
+
+        const int steps = static_cast<int>(std::ceil(kHeight / speed / kStep)) + 1;
+        Steps(*world, steps);
+
+        const double expected = std::min(friction * (1 + restitution) * landing, 2.0 / 7 * kSpeed);
+        // What comes to rest on the belt is rubbed by it further on.
+        const double lying = restitution > 0 ? 0 : steps * kStep - (landing - speed) / kGravity;
+        const double most = std::min(expected + lying * friction * kGravity, 2.0 / 7 * kSpeed);
+        const double taken = VelocityOf(*world, id).dot(along);
+        EXPECT_GE(taken, (1 - kExact) * expected) << restitution << " " << friction << " " << speed;
+        EXPECT_LE(taken, (1 + kExact) * most) << restitution << " " << friction << " " << speed;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -376,6 +376,7 @@ class Group {
     is_driven_ = false;
     ForgetChanges();
     for (const Settling& settling : blows_) {
+      is_driven_ |= !settling.blow().run.isZero(0);
       VisitMoved(settling.blow(), [&](uint32_t each) {
         const StruckBody& body = bodies_[each];
         if (body.inverse_mass == 0) {
@@ -452,7 +453,7 @@ class Group {
   std::vector<uint32_t> movable_;     // bodies of the group
   std::vector<double> asked_;         // m/s, by blow
   Leaps leaps_;
-  bool is_driven_ = false;  // something that cannot be moved moves
+  bool is_driven_ = false;  // something that cannot be moved moves, or a surface runs
 };
 
 template <typename Solve>

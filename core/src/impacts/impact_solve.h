@@ -40,6 +40,7 @@ struct Blow {
   uint32_t body_b = 0;
   Vector3 position = Vector3::Zero();  // m, world
   Vector3 normal = Vector3::UnitZ();   // unit length, from a to b
+  Vector3 run = Vector3::Zero();       // m/s across the normal: how the surface of b runs against that of a
   Borne borne = Borne::kUnknown;       // if known, no blow on who is borne comes later that bears somebody
   double friction = 0;
   double separation_speed = 0;        // m/s along the normal that is to be reached

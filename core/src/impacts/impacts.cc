@@ -1,6 +1,7 @@
 #include "impacts/impacts.h"
 
 #include "motion/locked_axes.h"
+#include "motion/running_surfaces.h"
 #include "pairs/contact_points.h"
 
 #include <algorithm>
@@ -257,11 +258,18 @@ void Impacts::CollectStruck(const ContactBuffer& contacts) {
   }
 }
 
+Vector3 Impacts::RunAcross(const ContactPair& pair, const Vector3& normal) const {
+  if (!world_.rule.any_surface_runs()) return Vector3::Zero();
+  const Vector3 run = SurfaceVelocity(world_.rule, world_.state, pair.geometry_a, pair.geometry_b);
+  return run - run.dot(normal) * normal;
+}
+
 void Impacts::AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal) {
   blows_.push_back({.body_a = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_a]),
                     .body_b = static_cast<uint32_t>(world_.struck_index[candidate.pair.entity_b]),
                     .position = position,
                     .normal = normal,
+                    .run = RunAcross(candidate.pair, normal),
                     .borne = candidate.borne});
   blow_pairs_.push_back(&candidate);
 }
@@ -290,7 +298,7 @@ Vector3 Impacts::Ask(Blow& blow, const ContactPair& pair) const {
   const double closing = -approach.dot(blow.normal);
   const bool bounces = closing > speed_.Of(pair.entity_a, pair.entity_b, blow.normal);
   blow.separation_speed = bounces ? pair.material.restitution * closing : 0;
-  blow.friction = FrictionAt(pair.material, (approach + closing * blow.normal).norm());
+  blow.friction = FrictionAt(pair.material, (approach + closing * blow.normal + blow.run).norm());
   return approach;
 }
 

@@ -163,6 +163,8 @@ class Impacts {
   void CollectStruck(const ContactBuffer& contacts);
   void AddBlows(const ContactBuffer& contacts, Candidate& candidate);
   Vector3 Ask(Blow& blow, const ContactPair& pair) const;
+  // m/s, how their surfaces run against each other.
+  Vector3 RunAcross(const ContactPair& pair, const Vector3& normal) const;
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   bool MarkHit();
   void Separate();

@@ -80,6 +80,7 @@ Settling::Settling(Blow& blow, const Vector3& first, std::span<const StruckBody>
       second_(blow.normal.cross(first)),
       along_{Along(blow.normal, blow, bodies, ties, passed), Along(first_, blow, bodies, ties, passed),
              Along(second_, blow, bodies, ties, passed)},
+      run_(blow.run.dot(first_), blow.run.dot(second_)),
       impulse_(blow.impulse, blow.rubbing.dot(first_), blow.rubbing.dot(second_)),
       is_tied_(!ties.With(blow.body_a).empty() || !ties.With(blow.body_b).empty()) {
   for (int i = 0; i < 3; ++i) {
@@ -131,7 +132,7 @@ double Settling::Relax(std::span<Speeds> speeds, std::span<const Passed> passed)
   const double bound = blow_->friction * (impulse_[0] + pressed);
   if (bound > 0 || !impulse_.tail<2>().isZero(0)) {
     const Vector2 slip =
-        Vector2(along_[1].Rate(a, b), along_[2].Rate(a, b)) + pressed * answers_.bottomLeftCorner<2, 1>();
+        Vector2(along_[1].Rate(a, b), along_[2].Rate(a, b)) + run_ + pressed * answers_.bottomLeftCorner<2, 1>();
     impulse.tail<2>() = Rubbed(slip, bound);
     changed = std::max(changed, (answers_.bottomRightCorner<2, 2>() * impulse.tail<2>()).cwiseAbs().maxCoeff());
   }
@@ -156,6 +157,7 @@ Vector3 Settling::Motion(std::span<const Speeds> speeds) const {
 Vector3 Settling::Rates(std::span<const Speeds> speeds) const {
   Vector3 rates = Motion(speeds);
   rates[0] -= blow_->separation_speed;
+  rates.tail<2>() += run_;
   return rates;
 }
 

@@ -105,7 +105,7 @@ class Settling {
   void Leap(const Vector3& far, std::span<Speeds> speeds, std::span<const Passed> passed);
   /// How b goes against a, m/s.
   Vector3 Motion(std::span<const Speeds> speeds) const;
-  /// Of that, what is beyond what it is to do.
+  /// Of that and of how the surfaces run, what is beyond what it is to do.
   Vector3 Rates(std::span<const Speeds> speeds) const;
   /// Changes `speeds` as an impulse (N*s) along one of the three axes does.
   void Push(int axis, double impulse, std::span<Speeds> speeds, std::span<const Passed> passed) const;
@@ -133,6 +133,7 @@ class Settling {
   Along along_[3];          // the normal and these
   Matrix3 answers_;         // change of rates per impulses, 1/kg
   Matrix3 stopping_;        // impulses that take away rates, kg; of what is neither tied nor locked
+  Eigen::Vector2d run_;     // m/s along the two axes: see Blow
   Vector3 impulse_;         // N*s
   double softness_;         // 1/kg along the normal
   bool is_tied_;            // one of the two is, to others

@@ -6,6 +6,9 @@
 
 namespace genphys {
 
+/// m/s, world: how the surface of b runs against that of a, at the present poses.
+Vector3 SurfaceVelocity(const PairRule& rule, const StateArrays& state, GeometryRow a, GeometryRow b);
+
 /// Fills in, at the present poses, how the surfaces of each pair run against each other. Costs nothing while none does.
 void FillSurfaceVelocities(const PairRule& rule, const StateArrays& state, ContactBuffer& contacts);
 
