@@ -152,7 +152,7 @@ TEST_P(ForceFields, AFallAgainstDragEndsAtItsTerminalVelocity) {
   EXPECT_NEAR(VelocityOf(*world, id).z(), -terminal, 2 * terminal * std::pow(rate * SubstepOf(*world), 2) / 24);
 }
 
-TEST_P(ForceFields, AngularDragSlowsTheSpin) {
+TEST_P(ForceFields, AngularDragIsExact) {
   Proves({Claim::kDragField});
   const auto world = Weightless(GetParam());
   EntityDesc ball = Ball({0, 0, 0}, 0.5, 2);
@@ -163,9 +163,28 @@ TEST_P(ForceFields, AngularDragSlowsTheSpin) {
 
   Steps(*world, 60);
 
-  // Backward Euler: 1 / (1 + x)^n in place of exp(-n x), a relative error of n x^2 / 2.
-  const double x = drag / inertia * kStep, exact = 5 * std::exp(-60 * x);
-  EXPECT_NEAR(SpinOf(*world, id).z(), exact, 2 * exact * 60 * x * x / 2);
+  const double exact = 5 * std::exp(-drag / inertia);
+  EXPECT_NEAR(SpinOf(*world, id).z(), exact, 1e-12 * exact);
+}
+
+// About each principal axis by itself, however hard.
+TEST_P(ForceFields, AngularDragStopsWhatIsLightAboutAnAxisTheSooner) {
+  Proves({Claim::kDragField, Claim::kBox});
+  for (const double drag : {1e-2, 1e6}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto world = Weightless(GetParam());
+      EntityDesc slab = Body(Box{{0.1, 0.3, 0.5}}, {0, 0, 0}, 2);
+      slab.rigid_body->angular_velocity = Vector3::Unit(axis);
+      const EntityId id = Add(*world, slab);
+      AddField(*world, {DragField{.angular = drag}});
+
+      Steps(*world, 60);
+
+      const Vector3 squares = Vector3(0.1, 0.3, 0.5).cwiseAbs2();
+      const double inertia = 2.0 / 3 * (squares.sum() - squares[axis]);
+      EXPECT_NEAR(SpinOf(*world, id)[axis], std::exp(-drag / inertia), 1e-12) << drag;
+    }
+  }
 }
 
 TEST_P(ForceFields, WhatFallsThroughAnyMediumComesToTheSpeedThatCarriesIt) {
@@ -220,6 +239,44 @@ TEST_P(ForceFields, ASpringSwingsAsItsClosedFormSays) {
     // Its phase runs off by w t (w h)^2 / 24.
     const double tolerance = 2 * kAmplitude * omega * i * kStep * turn * turn / 24;
     ASSERT_NEAR(PositionOf(*world, ball).x() - 1, kAmplitude * std::cos(omega * i * kStep), tolerance) << i;
+  }
+}
+
+TEST_P(ForceFields, ADampedSpringSwingsAsItsClosedFormSaysToSecondOrder) {
+  Proves({Claim::kSpringField});
+  constexpr double kMass = 2, kOmega = 4, kPart = 0.3, kAmplitude = 0.4, kSeconds = 1.5;  // of critical damping
+  const auto error = [&](double step_size) {
+    const auto world = MakeSpace(GetParam(), {.step_size = step_size}, Vector3::Zero());
+    const EntityId ball = Add(*world, Awake(Ball({1 + kAmplitude, 0, 0}, 0.1, kMass)));
+    AddField(
+        *world,
+        {SpringField{
+            .a = ball, .rest_length = 1, .stiffness = kMass * kOmega * kOmega, .damping = 2 * kPart * kMass * kOmega}});
+    Steps(*world, static_cast<int>(std::lround(kSeconds / step_size)));
+    const double slower = std::sqrt(1 - kPart * kPart), turned = slower * kOmega * kSeconds;
+    const double exact =
+        kAmplitude * std::exp(-kPart * kOmega * kSeconds) * (std::cos(turned) + kPart / slower * std::sin(turned));
+    return std::abs(PositionOf(*world, ball).x() - 1 - exact);
+  };
+  const double coarse = error(kStep), fine = error(kStep / 4);
+  EXPECT_LT(coarse, 2e-4 * kAmplitude);
+  EXPECT_GT(coarse, 12 * fine) << "at a quarter of the step a sixteenth of the error";
+}
+
+TEST_P(ForceFields, AHardDamperStopsWhatItHoldsAndTurnsNothingRound) {
+  Proves({Claim::kSpringField});
+  for (const double damping : {1e3, 1e5, 1e8}) {
+    const auto world = Weightless(GetParam());
+    EntityDesc ball = Awake(Ball({2, 0, 0}, 0.1, 2));
+    ball.rigid_body->linear_velocity = {1, 0, 0};
+    const EntityId id = Add(*world, ball);
+    AddField(*world, {SpringField{.a = id, .rest_length = 2, .stiffness = 1, .damping = damping}});
+    for (int step = 1; step <= 10; ++step) {
+      Steps(*world, 1);
+      // What is left of its way pulls it back ever so slowly.
+      ASSERT_GT(VelocityOf(*world, id).x(), -1.0 / damping) << damping << " " << step;
+    }
+    EXPECT_LT(VelocityOf(*world, id).x(), 1e-3) << damping;
   }
 }
 

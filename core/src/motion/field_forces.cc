@@ -1,5 +1,6 @@
 #include "motion/field_forces.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -23,6 +24,14 @@ double Slowed(double speed, double mass, double linear, double quadratic, double
   // (1 - exp(-x)) / x, which has no digits left as it stands when x is small.
   const double mean = rate * h > 0 ? -std::expm1(-rate * h) / (rate * h) : 1;
   return speed * std::exp(-rate * h) / (1 + bend * h * mean);
+}
+
+// The solution of L' = -angular I^-1 L after `h` seconds: along each principal axis by its own exponential.
+Vector3 SlowedMomentum(const Vector3& momentum, double angular, const Matrix3& inverse_tensor, double h) {
+  Eigen::SelfAdjointEigenSolver<Matrix3> principal;
+  principal.computeDirect(inverse_tensor);
+  const Vector3 left = (-h * angular * principal.eigenvalues().array()).exp();
+  return principal.eigenvectors() * left.cwiseProduct(principal.eigenvectors().transpose() * momentum);
 }
 
 }  // namespace
@@ -93,8 +102,8 @@ void FieldForces::AddSprings(double h, RowValues<Wrench>& wrenches) const {
         .spring = spring, .a = EndOf(spring->a, spring->point_in_a), .b = EndOf(spring->b, spring->point_in_b)};
     if (pair.Prepare()) pairs.push_back(pair);
   }
-  // Each damper answers to the velocity after all forces of this substep, those of the other springs among them. One
-  // sweep does for one spring; more go on until the last digits stay.
+  // Each damper answers to the velocity that all forces of this substep make, those of the other springs among them.
+  // One sweep does for one spring; more go on until the last digits stay.
   constexpr int kSweepsMax = 50;
   constexpr double kSettled = 1e-14;
   for (int sweep = 0; sweep < kSweepsMax; ++sweep) {
@@ -102,7 +111,7 @@ void FieldForces::AddSprings(double h, RowValues<Wrench>& wrenches) const {
     for (TiedPair& pair : pairs) {
       const double before = pair.pull;
       pair.Push(-before, wrenches);
-      pair.pull = pair.PullAt(pair.Speed(h, wrenches), h);
+      pair.pull = pair.PullAt(pair.Speed(pair.Reach(h), wrenches), h);
       pair.Push(pair.pull, wrenches);
       change = std::max(change, std::abs(pair.pull - before));
       most = std::max(most, std::abs(pair.pull));
@@ -149,9 +158,7 @@ void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, V
       const double slowed = Slowed(speed, entity(row).mass.mass, part * drag.linear, part * drag.quadratic, h);
       velocity = drag.medium_velocity + relative * (slowed / speed);
     }
-    // L' = -angular I^-1 L by backward Euler, which is stable whatever the coefficient.
-    if (drag.angular > 0)
-      momentum = (Matrix3::Identity() + h * part * drag.angular * inverse_tensor).inverse() * momentum;
+    if (drag.angular > 0) momentum = SlowedMomentum(momentum, part * drag.angular, inverse_tensor, h);
   };
   VisitDrag(row, slow);
 }

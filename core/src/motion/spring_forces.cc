@@ -42,15 +42,25 @@ double TiedPair::Speed(double h, const RowValues<Wrench>& wrenches) const {
   return axis.dot(VelocityOf(b, h, wrenches) - VelocityOf(a, h, wrenches));
 }
 
+// Where the step resolves the oscillation the stretch at the boundary pulls, in the middle of the time for which it
+// does, which makes it the symplectic Euler method: the energy stays. The damper takes the velocity of then too
+// (trapezoidal rule), or a later one where that much would turn it round, so that it leaves nothing of it instead.
+// Otherwise backward Euler along the axis, which is stable for every stiffness, damping and step.
+double TiedPair::Reach(double h) const {
+  if (!IsResolved(h)) return h;
+  const double damped = h * spring->damping * inverse_mass;
+  return damped > 2 ? h - h / damped : h / 2;
+}
+
 double TiedPair::PullAt(double speed, double h) const {
-  // Backward Euler along the axis: stable for every stiffness, damping and step. Where the step resolves the
-  // oscillation its stiffness is left out of the divisor, which makes it the symplectic Euler method: the energy stays.
-  const double spring_rate = h * h * spring->stiffness * inverse_mass;
-  const bool is_resolved = spring_rate < 1;
+  const bool is_resolved = IsResolved(h);
   const double stretch = length - spring->rest_length + (is_resolved ? 0 : h * speed);
-  const double divisor = 1 + h * spring->damping * inverse_mass + (is_resolved ? 0 : spring_rate);
+  const double divisor =
+      1 + Reach(h) * spring->damping * inverse_mass + (is_resolved ? 0 : h * h * spring->stiffness * inverse_mass);
   return (spring->stiffness * stretch + spring->damping * speed) / divisor;
 }
+
+bool TiedPair::IsResolved(double h) const { return h * h * spring->stiffness * inverse_mass < 1; }
 
 void TiedPair::Push(double force, RowValues<Wrench>& wrenches) const {
   PushEnd(a, force * axis, wrenches);

@@ -38,10 +38,14 @@ struct TiedPair {
   bool Prepare();
   /// Of b against a along the axis, m/s, after `h` seconds of gravity and `wrenches`.
   double Speed(double h, const RowValues<Wrench>& wrenches) const;
-  /// The pull that belongs to a speed without it.
+  /// Up to when of a substep of `h` seconds its damper finds the velocity by which it pulls, s.
+  double Reach(double h) const;
+  /// The pull that belongs to the speed by then without it.
   double PullAt(double speed, double h) const;
   /// Adds a pull to what acts on both ends.
   void Push(double force, RowValues<Wrench>& wrenches) const;
+  /// Its oscillation, by steps of `h` seconds.
+  bool IsResolved(double h) const;
 };
 
 }  // namespace genphys
