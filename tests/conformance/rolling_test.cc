@@ -52,6 +52,33 @@ TEST_P(Rolling, ABallStopsWhereTheClosedFormSaysWhateverItsHeading) {
   }
 }
 
+// In each step, for it rolls all the time.
+TEST_P(Rolling, ABallIsBrakedEvenly) {
+  constexpr double kSpeed = 1, kArm = 0.05;
+  const double braking = kRolls * kArm / kRadius * kGravity;
+  for (const bool is_on_slab : {false, true}) {
+    for (const double heading : {0.0, is_on_slab ? 0.0 : 0.8}) {
+      const auto world = OnFloor(GetParam(), {.friction = 2, .rolling_friction = kArm});
+      const Vector3 along(std::cos(heading), std::sin(heading), 0);
+      EntityDesc rolling = RollingBall(kSpeed * along);
+      if (is_on_slab) {
+        Proves({Claim::kBox});
+        Add(*world, Body(Box{{2, 2, 0.1}}, {0, 0, 0.1}, 20));
+        rolling.pose.position.z() += 0.2;
+      }
+      const EntityId ball = Add(*world, rolling);
+      // A slab gives way a little.
+      const double tolerance = is_on_slab ? 1e-3 : 1e-6;
+      for (int step = 1; step <= 60; ++step) {
+        Steps(*world, 1);
+        const double exact = kSpeed - braking * step * kStep;
+        ASSERT_NEAR(VelocityOf(*world, ball).dot(along), exact, tolerance) << heading << " " << step;
+        ASSERT_NEAR(SpinOf(*world, ball).norm() * kRadius, exact, tolerance) << heading << " " << step;
+      }
+    }
+  }
+}
+
 TEST_P(Rolling, ABallLiesStillOnASlopeUpToItsArmAndRollsDownBeyondWhateverWayThatIs) {
   constexpr double kArm = 0.05, kSeconds = 2;
   constexpr double kSteepest = kArm / kRadius;

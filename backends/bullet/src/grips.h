@@ -41,6 +41,8 @@ class Grips {
   void Find(std::span<const AddedPair> pairs, bool all_at_once, bool are_few);
 
   Grip Of(size_t pair) const;
+  /// Whether nothing else is to be solved than where two lie on each other.
+  bool AreAllOne() const { return groups_.size() == 1; }
 
  private:
   using Sides = std::pair<const Body*, const Body*>;

@@ -181,8 +181,12 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
   // Nor does anything tell a direction for what does not slip, and did not, where something in its island goes along
   // surfaces: that may be braked or pushed from now on, and what lies on it or below with it.
-  const bool is_unknown = are_few_ && along.length() < kNoDirection * soon && goes_along_;
-  if (bears || ((is_held || may_roll) && !slides) || is_unknown) AddFriction(directions[1], surface);
+  // What stands on an edge or a corner tips over it, whatever went before, and where nothing else holds it it would
+  // slip another way in each step if it were held in one.
+  const bool may_tip = are_few_ && grip.is_on_a_line;
+  const bool is_unknown = are_few_ && along.length() < kNoDirection * soon && (goes_along_ || may_tip);
+  const bool is_pivot = may_tip && grips_.AreAllOne() && along.length() <= soon;
+  if (bears || ((is_held || may_roll || is_pivot) && !slides) || is_unknown) AddFriction(directions[1], surface);
 }
 
 void ContactSolver::AddFriction(const btVector3& direction, const Surface& surface) {
