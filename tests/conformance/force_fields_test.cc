@@ -127,6 +127,27 @@ TEST_P(ForceFields, QuadraticDragIsExact) {
   EXPECT_NEAR(VelocityOf(*world, id).y(), 30 / (1 + 0.4 * 30 / 2), kRounding);
 }
 
+TEST_P(ForceFields, WhatSlidesAgainstDragStopsWhereTheClosedFormSays) {
+  Proves({Claim::kDragField, Claim::kKineticFriction});
+  constexpr double kMass = 2, kSpeed = 3, kGravity = 9.81, kFriction = 0.3, kBend = 0.5;  // 1/m, drag over mass
+  const auto error = [&](double step_size) {
+    WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .stepper = {.step_size = step_size}};
+    desc.default_material.friction = kFriction;
+    const auto world = testing::MakeWorld(desc);
+    EntityDesc crate = Crate({0, 0, 0.5}, 0.5, kMass);
+    crate.rigid_body->linear_velocity = {kSpeed, 0, 0};
+    const EntityId id = Add(*world, crate);
+    AddField(*world, {.kind = DragField{.quadratic = kBend * kMass}, .entities = {id}});
+    Steps(*world, static_cast<int>(std::lround(1.5 / step_size)));
+    // v dv/dx = -mu g - b v^2.
+    const double stop = std::log1p(kBend * kSpeed * kSpeed / (kFriction * kGravity)) / (2 * kBend);
+    return std::abs(PositionOf(*world, id).x() - stop);
+  };
+  const double coarse = error(kStep), fine = error(kStep / 4);
+  EXPECT_LT(coarse, 1e-4);
+  EXPECT_GT(coarse, 12 * fine) << "at a quarter of the step a sixteenth of the error";
+}
+
 TEST_P(ForceFields, WindCarriesThingsAlong) {
   Proves({Claim::kDragField});
   const auto world = Weightless(GetParam());

@@ -149,14 +149,14 @@ SpringEnd FieldForces::EndOf(EntityId id, const Vector3& point) const {
   return end;
 }
 
-void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, Vector3& velocity,
+void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, const Vector3& held, Vector3& velocity,
                        Vector3& momentum) const {
   const auto slow = [&](const DragField& drag, double part) {
-    const Vector3 relative = velocity - drag.medium_velocity;
+    const Vector3 relative = velocity + held - drag.medium_velocity;
     const double speed = relative.norm();
     if (speed > 0) {
       const double slowed = Slowed(speed, entity(row).mass.mass, part * drag.linear, part * drag.quadratic, h);
-      velocity = drag.medium_velocity + relative * (slowed / speed);
+      velocity += relative * (slowed / speed - 1);
     }
     if (drag.angular > 0) momentum = SlowedMomentum(momentum, part * drag.angular, inverse_tensor, h);
   };

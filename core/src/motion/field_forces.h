@@ -33,8 +33,9 @@ class FieldForces {
   void Add(const std::vector<EntityRow>& rows, double h, RowValues<Wrench>& wrenches) const;
 
   /// Takes from a velocity (m/s) and an angular momentum (N*m*s) what drag takes in `h` seconds. `inverse_tensor` is in
-  /// world axes.
-  void Drag(EntityRow row, double h, const Matrix3& inverse_tensor, Vector3& velocity, Vector3& momentum) const;
+  /// world axes. In the middle of that time it is by `held` (m/s) faster, for what holds it pushes it by as much.
+  void Drag(EntityRow row, double h, const Matrix3& inverse_tensor, const Vector3& held, Vector3& velocity,
+            Vector3& momentum) const;
 
   /// The velocity that `velocity` becomes in `time` seconds by a steady `acceleration`, by drag and by `damping` (1/s),
   /// where these take much of it in that time. Nothing otherwise: pushes and drag may be taken in turns then.

@@ -259,7 +259,10 @@ void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& m
   const BodyTraits& traits = world_.scene_.entities[Index(mover.row)]->traits;
   if (traits.linear_damping > 0) linear *= std::exp(-traits.linear_damping * time);
   if (traits.angular_damping > 0) momentum *= std::exp(-traits.angular_damping * time);
-  if (!fields_.empty()) fields_.Drag(mover.row, time, mover.turned.inverse, linear, momentum);
+  if (fields_.empty()) return;
+  const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+  const Vector3 held = mover.past > 0 ? half.held_velocity : Vector3(Vector3::Zero());
+  fields_.Drag(mover.row, time, mover.turned.inverse, held, linear, momentum);
 }
 
 // Whether nothing but locked axes took part in what it gained, and in the momentum by which it was turned.
