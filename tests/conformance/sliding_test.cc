@@ -250,5 +250,28 @@ TEST_P(Sliding, WithALoadStopsWhereItWouldAlone) {
   }
 }
 
+// Askew down a slope, so that the slide turns: with lengths and speeds as gravity has them it is the same slide.
+TEST_P(Sliding, IsTheSameInWeakGravityButForItsSize) {
+  Proves({Claim::kKineticFriction, Claim::kBox});
+  constexpr double kSlope = 0.3, kCoefficient = 0.5, kSeconds = 0.3;
+  const auto slide = [&](double gravity) -> Vector3 {
+    WorldDesc desc{.engine = GetParam(), .default_auto_disable = {.enabled = false}};
+    desc.gravity = gravity * Vector3(std::sin(kSlope), 0, -std::cos(kSlope));
+    desc.stepper.step_size = 1.0 / 60;
+    desc.default_material.friction = kCoefficient;
+    const auto world = testing::MakeWorld(desc);
+    const double speed = kSeconds * kCoefficient * gravity * std::cos(kSlope), half = 0.05 * speed * kSeconds;
+    EntityDesc box = Body(Box{{3 * half, 3 * half, half}}, {0, 0, half});
+    box.rigid_body->linear_velocity = speed * Vector3(std::cos(1.0), std::sin(1.0), 0);
+    const EntityId id = Add(*world, box);
+    Steps(*world, 60);
+    return PositionOf(*world, id) / gravity;
+  };
+  const Vector3 on_earth = slide(9.81);
+  for (const double gravity : {0.1, 1.62, 25.0}) {
+    EXPECT_LT((slide(gravity) - on_earth).norm(), 1e-4 * on_earth.norm()) << gravity;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

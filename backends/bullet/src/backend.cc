@@ -60,7 +60,7 @@ Status CheckSolver() {
   const ContactPair pair;
   ContactSolver solver;
   solver.SetIterations(kIterations);
-  solver.Begin(kStepSize, true);
+  solver.Begin(kStepSize, ContactBuffer::kUsualPull, true);
   solver.AddBody(body);
   solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1});
   solver.Solve(false);

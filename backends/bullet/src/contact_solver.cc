@@ -54,8 +54,9 @@ ContactSolver::ContactSolver() : fixed_(0.0, nullptr, nullptr) {
   info_.m_leastSquaresResidualThreshold = kSettled * kSettled;
 }
 
-void ContactSolver::Begin(double step_size, bool are_few) {
+void ContactSolver::Begin(double step_size, double pull, bool are_few) {
   info_.m_timeStep = step_size;
+  pull_ = pull;
   // Fewer iterations than a preset's do not find what all the more rows come to.
   are_few_ = are_few && iterations_ >= kPresetIterations;
   bodies_.clear();

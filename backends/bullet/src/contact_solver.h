@@ -33,9 +33,9 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   /// Few contacts get more than a preset's.
   void SetIterations(uint32_t iterations) { iterations_ = static_cast<int>(iterations); }
 
-  /// Starts with nothing, which will be solved for a step of `step_size` seconds. `are_few`: there will be no more than
-  /// kFewPoints points and no joints.
-  void Begin(double step_size, bool are_few);
+  /// Starts with nothing, which will be solved for a step of `step_size` seconds; `pull` as in ContactBuffer. With
+  /// `are_few` there will be no more than kFewPoints points and no joints.
+  void Begin(double step_size, double pull, bool are_few);
 
   /// Adds a body, dynamic or kinematic, whose `rigid` is loaded. Each one that a pair names must be added, and once.
   void AddBody(Body& body) { bodies_.push_back(body.rigid.get()); }
@@ -114,6 +114,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   bool GoesAlong(const ContactPoint& point, int id_a, int id_b) const;
   void AddPoint(int id_a, int id_b, const AddedPair& added, size_t number, const Grip& grip);
   // Of the last point.
+  void AddFrictions(const AddedPair& added, size_t number, const Grip& grip);
   void AddFriction(const btVector3& direction, const Surface& surface);
   void AddTorsions();
   Torsion& AddTorsion(int normal, const Vector3& axis, double arm);
@@ -144,6 +145,7 @@ class ContactSolver final : private btSequentialImpulseConstraintSolver {
   // above.
   bool PushDirectly(double settled);
 
+  double pull_ = 0;  // m/s^2, of gravity
   int iterations_ = kPresetIterations;
   btContactSolverInfo info_;
   btRigidBody fixed_;

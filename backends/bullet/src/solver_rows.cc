@@ -19,8 +19,6 @@ constexpr double kKnownPart = 0.9;
 constexpr double kSlides = 4;
 // What slips no faster than this part of what friction gives in a step says nothing of where to.
 constexpr double kNoDirection = 1e-6;
-// m/s^2, of the Earth.
-constexpr double kGravity = 9.81;
 // rad/s: what turns more slowly has no direction.
 constexpr double kNoSpin = 1e-9;
 
@@ -106,7 +104,7 @@ btVector3 ContactSolver::SlipGoingOn(int a, int b, const btVector3& place) const
 
 bool ContactSolver::GoesAlong(const ContactPoint& point, int id_a, int id_b) const {
   const btVector3 place = ToBullet(point.position), normal = ToBullet(point.normal);
-  const double least = kNoDirection * kGravity * point.friction * info_.m_timeStep;
+  const double least = kNoDirection * pull_ * point.friction * info_.m_timeStep;
   const auto goes = [&](int id) {
     const btVector3 velocity = VelocityAt(m_tmpSolverBodyPool[id], place);
     return (velocity - normal * normal.dot(velocity)).length2() > least * least;
@@ -132,7 +130,17 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
       FillContact(point.depth, FillPush(push, place, a, b, normal), pair.correction, info_.m_timeStep, normal);
   if (apart > 0) pushes_.push_back({static_cast<int>(normals_.size()) - 1, apart, 0});
   StartFrom(impulse.normal, normal);
+  AddFrictions(added, number, grip);
+}
 
+void ContactSolver::AddFrictions(const AddedPair& added, size_t number, const Grip& grip) {
+  const ContactPair& pair = *added.pair;
+  const ContactPoint& point = added.points[number];
+  const PointImpulse& impulse = added.impulses[number];
+  const SolverRow& normal = normals_.back();
+  const int id_a = normal.a, id_b = normal.b;
+  const btSolverBody &a = BodyAt(id_a), &b = BodyAt(id_b);
+  const btVector3 place = ToBullet(point.position), push = -ToBullet(point.normal);
   // Friction works against the slip of the surfaces, which may run over their bodies. Where a load comes through other
   // contacts, nothing slips before a solve that would tell its direction, but what friction did in the last one tells
   // it.
@@ -144,7 +152,7 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   // How much slower it slips after a step.
   const double slower =
       are_few_ ? along_surface(SlipGoingOn(id_a, id_b, place) - run - slip).length() : inverse_mass * grip.load;
-  const double soon = std::max(slower, kGravity * point.friction * info_.m_timeStep);
+  const double soon = std::max(slower, pull_ * point.friction * info_.m_timeStep);
   const btVector3 sliding = along_surface(-ToBullet(point.relative_velocity + pair.surface_velocity));
   const bool slides = grip.load > 0 && std::min(slip.length(), sliding.length()) > kSlides * soon;
   const bool bears = grip.bears && !slides && slip.length() <= kKnownPart * inverse_mass * grip.load;
@@ -180,9 +188,9 @@ void ContactSolver::AddPoint(int id_a, int id_b, const AddedPair& added, size_t 
   const auto mobility = [&](const btVector3& direction) { return Mobility(direction, place, a, b); };
   const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
   // Nor does anything tell a direction for what does not slip, and did not, where something in its island goes along
-  // surfaces: that may be braked or pushed from now on, and what lies on it or below with it.
-  // What stands on an edge or a corner tips over it, whatever went before, and where nothing else holds it it would
-  // slip another way in each step if it were held in one.
+  // surfaces: that may be braked or pushed from now on, and what lies on it or below with it. What stands on an edge or
+  // a corner tips over it, whatever went before, and where nothing else holds it it would slip another way in each step
+  // if it were held in one.
   const bool may_tip = are_few_ && grip.is_on_a_line;
   const bool is_unknown = are_few_ && along.length() < kNoDirection * soon && (goes_along_ || may_tip);
   const bool is_pivot = may_tip && grips_.AreAllOne() && along.length() <= soon;

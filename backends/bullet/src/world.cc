@@ -173,7 +173,7 @@ void World::SolveIsland(uint32_t number, double step_size, const StateArrays& st
                         std::span<JointRow> joint_rows) {
   const Islands::Island& island = islands_.islands()[number];
   ++island_stamp_;
-  solver_.Begin(step_size, island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0);
+  solver_.Begin(step_size, contacts.pull, island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0);
   LoadContacts(number, state, contacts);
   LoadRows(number, state, joint_rows);
   solver_.Solve(IsDirect(number, contacts));

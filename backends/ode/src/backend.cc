@@ -35,7 +35,7 @@ Status CheckRandomNumbersAreOurs() {
   mass.mass = 1;
   mass.tensor = mass.inverse_tensor = Matrix3::Identity();
   ContactSolver solver({.solver = Solver::kIterative});
-  solver.Begin(kBodies, 1.0 / 60);
+  solver.Begin(kBodies, 1.0 / 60, ContactBuffer::kUsualPull);
   solver.Reserve(kBodies * kCorners, 0, 0, false);
   for (uint32_t body = 0; body < kBodies; ++body) {
     solver.SetBody(body, mass, Motion{.linear_velocity = {0, 0, -1}});

@@ -109,7 +109,8 @@ void ContactSolver::Trim(uint32_t count) {
   recent_joints_ = 0;
 }
 
-void ContactSolver::Begin(uint32_t count, double step_size) {
+void ContactSolver::Begin(uint32_t count, double step_size, double pull) {
+  pull_ = pull;
   EmptyGroup();
   composer_.ReturnWeights();
   given_.clear();
@@ -234,7 +235,7 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   if (is_shared) {
     ShareFriction(contact, slip, step_size_, ode_contact);
   } else {
-    const double soon = std::max(InverseMass(contact) * contact.grip, kGravity * contact.friction * step_size_);
+    const double soon = std::max(InverseMass(contact) * contact.grip, pull_ * contact.friction * step_size_);
     SetFriction(contact, slip, (contact.is_jointed ? kSlidesJointed : kSlides) * soon, step_size_, ode_contact);
   }
   if (resists_turning) SetTorsion(contact, ode_contact);

@@ -77,8 +77,8 @@ class ContactSolver {
   /// Lets go of memory that is far more than what `count` bodies at a time and the solves since the last call need. For
   /// once a step: of its solves one may be of a thousand bodies and the next one of two.
   void Trim(uint32_t count);
-  /// Starts a solve of `count` bodies over `step_size` seconds, without contacts yet.
-  void Begin(uint32_t count, double step_size);
+  /// Starts a solve of `count` bodies over `step_size` seconds, without contacts yet; see ContactBuffer::pull.
+  void Begin(uint32_t count, double step_size, double pull);
   /// Each of 0..count-1 must be set.
   void SetBody(uint32_t body, const MassProperties& mass, const Motion& motion);
   /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
@@ -150,6 +150,7 @@ class ContactSolver {
   size_t row_count_ = 0;
   double torsion_softness_ = 0;  // of all rows against rolling and spinning; zero: there are none
   double step_size_ = 0;
+  double pull_ = 0;  // m/s^2, of gravity
   bool is_direct_ = false;
   StepperSettings settings_;
   // Of the random order of rows: drawn from the contacts, so that it is part of no state, and yet differs from step to

@@ -266,7 +266,7 @@ std::optional<World::Way> World::SolveIsland(const Attempt& attempt, double step
                                              ContactBuffer& contacts, std::span<JointRow> joint_rows) {
   const uint32_t island = attempt.island;
   ContactSolver& solver = *SolverOf(island);
-  solver.Begin(static_cast<uint32_t>(islands_.RowsOf(island).size()), step_size);
+  solver.Begin(static_cast<uint32_t>(islands_.RowsOf(island).size()), step_size, contacts.pull);
   LoadBodies(island, state);
   LoadContacts(attempt, state, contacts);
   LoadRows(island, state, joint_rows);

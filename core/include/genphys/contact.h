@@ -62,6 +62,9 @@ inline double ImpulseScale(double before, double now) { return before > 0 ? now 
 struct ContactBuffer {
   std::vector<ContactPair> pairs;
   std::vector<ContactPoint> points;
+  double pull = kUsualPull;  // m/s^2, of gravity: by it solvers tell what slips slowly
+
+  static constexpr double kUsualPull = 9.81;  // of the Earth, also where nothing pulls
 
   void Clear() {
     pairs.clear();

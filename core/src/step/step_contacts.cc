@@ -114,6 +114,8 @@ void StepRun::FillRelativeVelocities(const RowMarks* changed) {
 
 void StepRun::PrepareContacts(double h) {
   ContactBuffer& contacts = world_.contacts_;
+  const double pull = world_.scene_.world.gravity.norm();
+  contacts.pull = pull > 0 ? pull : ContactBuffer::kUsualPull;
   const ImpactWorld surroundings = Surroundings();
   const ImpactSpeed impact_speed(surroundings, h);
   const Impacts impacts(surroundings, h, false);
