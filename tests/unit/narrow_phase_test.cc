@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
+#include <utility>
 
 #include "core/src/shapes/separation.h"
 #include "support/shapes.h"
@@ -404,6 +406,18 @@ TEST(SurfaceContacts, TwoSurfacesAreToldToMeet) {
   EXPECT_EQ(Meet(GroundMesh(3, 4), {}, BoxMesh({1, 1, 1}), At(0, 0, 1.5)).count, 0);
   EXPECT_GT(Meet(BoxMesh({1, 1, 1}), At(0, 0, 0.5), Plane{}, {}).count, 0);
   EXPECT_EQ(Meet(BoxMesh({1, 1, 1}), At(0, 0, 1.5), Plane{}, {}).count, 0);
+}
+
+TEST(NarrowPhase, FindsNothingOfABoxThatIsNowhere) {
+  Placement nowhere;
+  nowhere.position.setConstant(std::numeric_limits<double>::quiet_NaN());
+  nowhere.rotation.setConstant(std::numeric_limits<double>::quiet_NaN());
+  const Box box{{1, 1, 1}};
+  for (const auto& [a, b] : {std::pair(nowhere, Placement{}), std::pair(Placement{}, nowhere)}) {
+    Manifold manifold;
+    FindContacts(box, a, box, b, 0, manifold);
+    EXPECT_EQ(manifold.count, 0);
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Who takes part in a blow of others: of impacts that are close in time not all happen.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "impacts/blow_groups.h"
@@ -135,7 +136,8 @@ bool Impacts::Reaches(const Candidate& candidate, std::span<const StruckBody> af
   for (const MeetingPoint& point : points) {
     closing = std::max(closing, (velocity(pair.entity_a, point) - velocity(pair.entity_b, point)).dot(point.normal));
   }
-  if (!(way < kSameTime * step_size_ * closing)) return false;
+  // Of nobody it is known how near those are that hit, if they have no points.
+  if (!std::isfinite(way) || !(way < kSameTime * step_size_ * closing)) return false;
   return GapOf(meet(way / closing, manifold)) - candidate.nearest < kStraight * way;
 }
 

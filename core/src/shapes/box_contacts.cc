@@ -243,7 +243,9 @@ bool AddBoxPoints(const Box& a, const Placement& placement_a, const Box& b, cons
   const PlacedBoxes boxes{a, placement_a, b, placement_b};
   const BoxPair pair = boxes.SeenFromA();
   const Direction best = BestDirection(pair, gap);
-  if (best.separation > gap || LieFlush(pair)) return true;
+  // Of boxes that are nowhere no direction is best.
+  const bool is_none = best.axis_a == kNone && best.axis_b == kNone;
+  if (is_none || best.separation > gap || LieFlush(pair)) return true;
   if (best.is_edges()) {
     const Vector3 normal = Vector3::Unit(best.axis_a).cross(pair.turn.col(best.axis_b)).normalized();
     AddEdgePoints(boxes, pair, best, normal.dot(pair.offset) < 0 ? Vector3(-normal) : normal, points);
