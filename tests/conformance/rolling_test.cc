@@ -1,6 +1,7 @@
 // What resists rolling and spinning: a torque of at most coefficient times normal force, on every engine.
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "engine_test.h"
 
@@ -57,7 +58,7 @@ TEST_P(Rolling, ABallIsBrakedEvenly) {
   constexpr double kSpeed = 1, kArm = 0.05;
   const double braking = kRolls * kArm / kRadius * kGravity;
   for (const bool is_on_slab : {false, true}) {
-    for (const double heading : {0.0, is_on_slab ? 0.0 : 0.8}) {
+    for (const double heading : is_on_slab ? std::vector{0.0} : std::vector{0.0, 0.8}) {
       const auto world = OnFloor(GetParam(), {.friction = 2, .rolling_friction = kArm});
       const Vector3 along(std::cos(heading), std::sin(heading), 0);
       EntityDesc rolling = RollingBall(kSpeed * along);

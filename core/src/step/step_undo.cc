@@ -12,7 +12,6 @@ namespace genphys {
 StepUndo::StepUndo(World& world)
     : world_(world),
       last_substep_(world.layer_.last_substep),
-      is_all_unsettled_(world.is_all_unsettled_),
       contacts_stale_(world.contacts_stale_),
       stirred_rows_(world.stirred_) {
   world.undo_ = this;

@@ -73,7 +73,6 @@ class StepUndo {
   double last_substep_;
   bool has_solved_ = false;
   bool has_lost_contacts_ = false;
-  bool is_all_unsettled_;
   bool contacts_stale_;
   RowSet stirred_rows_;
 };
