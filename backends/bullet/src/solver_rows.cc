@@ -158,7 +158,9 @@ void ContactSolver::AddFrictions(const AddedPair& added, size_t number, const Gr
   const bool bears = grip.bears && !slides && slip.length() <= kKnownPart * inverse_mass * grip.load;
   // What slides tells its direction itself, however much it carries.
   btVector3 along = slip;
-  if (bears) {
+  if (!pair.drawn.isZero(0) && !slides) {
+    along += along_surface(-ToBullet(pair.drawn));
+  } else if (bears) {
     along += ease / grip.count * ToBullet(grip.braked);
   } else if (slides) {
     // In the middle of the step, which is of second order.

@@ -44,6 +44,7 @@ struct ContactConstraint {
   Vector3 other_velocity = Vector3::Zero();
   Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
   double grip = 0;                   // N*s, the most that it could have been
+  Vector3 drawn = Vector3::Zero();   // m/s, by which it would slip faster after the solve were there no friction
   bool is_jointed = false;           // its island has joints
   ErrorCorrection correction;
   // Along which of two axes it holds for others of its pair, too, if they share the work of friction among them.

@@ -27,7 +27,8 @@ constexpr double kRollGate = 0.2;
 
 Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass) {
   const auto across = [&](const Vector3& v) -> Vector3 { return v - contact.normal * contact.normal.dot(v); };
-  const Vector3 slip = across(contact.relative_velocity);
+  const Vector3 slip = across(contact.relative_velocity + contact.drawn);
+  if (!contact.drawn.isZero(0)) return slip;
   if (slip.norm() > inverse_mass * contact.grip) return slip;
   return slip - inverse_mass * across(contact.braked);
 }

@@ -410,6 +410,7 @@ void World::LoadContact(const Attempt& attempt, const ContactPair& pair, uint32_
                     .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
                     .braked = sign * recalled.braked,
                     .grip = recalled.grip,
+                    .drawn = across(pair.drawn),
                     .is_jointed = island.joint_rows > 0,
                     .correction = pair.correction,
                     .shared_axis = may_share ? recalled.shared_axis : std::nullopt,

@@ -84,6 +84,7 @@ struct HalfStep {
   uint8_t since_restart = 0;  // substeps, at most kPause
   bool is_struck = false;     // an impact changed its velocity since the last solve
   bool is_woken = false;      // it slept at the last solve
+  bool is_drawn = false;      // what joints give it may be another thing than in the last solve
   // In the middle of the last substep; of a kinematic body as it was when it was last looked at.
   Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass
   Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world; of a kinematic body its spin, rad/s

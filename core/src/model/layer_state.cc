@@ -104,14 +104,15 @@ void Put(ByteWriter& out, const LastTouch& value) {
 }
 
 void Put(ByteWriter& out, const HalfStep& value) {
-  const auto& [restarts, in_flight, has_past, since_restart, is_struck, is_woken, velocity, momentum, steady_kick,
-               steady_twist, held_velocity, held_momentum, held_rate, held_torque, peak, unearned] = value;
+  const auto& [restarts, in_flight, has_past, since_restart, is_struck, is_woken, is_drawn, velocity, momentum,
+               steady_kick, steady_twist, held_velocity, held_momentum, held_rate, held_torque, peak, unearned] = value;
   out.Put(restarts);
   out.Put(in_flight);
   out.Put(has_past);
   out.Put(since_restart);
   out.Put(is_struck);
   out.Put(is_woken);
+  out.Put(is_drawn);
   for (const Vector3* v :
        {&velocity, &momentum, &steady_kick, &steady_twist, &held_velocity, &held_momentum, &held_rate, &held_torque})
     out.Put(*v);

@@ -135,16 +135,11 @@ void Restraint::GoQuietly(std::vector<JointRow>& rows) {
 void Restraint::SolveLeftQuietly(std::vector<JointRow>& rows) {
   std::vector<EntityRow> left;
   for (const Body& body : bodies_) {
-    if (energies_[body.island].is_layers) continue;
-    const EntityRow row = body.mover->row;
-    world_.state.set_pose(row, body.mover->start);
-    world_.state.linear_velocities.col(Index(row)) = body.mover->linear_given;
-    world_.state.angular_velocities.col(Index(row)) = body.mover->spin_given;
-    left.push_back(row);
+    if (!energies_[body.island].is_layers) left.push_back(body.mover->row);
   }
   if (left.empty()) return;
   std::ranges::sort(left);
-  world_.kick_turned(left);
+  world_.return_to_start(left);
   std::vector<JointRow> quiet;
   std::vector<size_t> places;
   for (size_t i = 0; i < rows.size(); ++i) {
@@ -173,7 +168,6 @@ void Restraint::SolveAgain(std::span<const EntityRow> left, std::vector<JointRow
     depths.push_back(point.depth);
     point.depth = std::min(point.depth, 0.0);
   }
-  world_.engine.WriteState(left, world_.state);
   world_.engine.ScaleInertia({});
   world_.engine.SolveAgain(step_size_, left, world_.state, world_.contacts, quiet);
   for (size_t i = 0; i < depths.size(); ++i) world_.contacts.points[i].depth = depths[i];

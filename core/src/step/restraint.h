@@ -36,9 +36,8 @@ class Restraint {
     BackendWorld& engine;
     JointStep& joints;
     std::span<const Mover> movers;
-    /// Gives bodies (ascending), whose velocities are as at the start of the substep, what friction gives them that
-    /// turns within it.
-    absl::FunctionRef<void(std::span<const EntityRow>)> kick_turned;
+    /// Brings bodies (ascending) back to how they were before the solve.
+    absl::FunctionRef<void(std::span<const EntityRow>)> return_to_start;
   };
 
   /// Of a solve of `step_size` seconds.

@@ -139,6 +139,7 @@ void StepRun::PrepareContacts(double h) {
       point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);
     }
     pair.bend = scratch_.bends[static_cast<size_t>(&pair - contacts.pairs.data())];
+    pair.drawn = DrawnBefore(pair, h);
   }
 }
 

@@ -141,7 +141,7 @@ Push StepRun::FieldPush(EntityRow row) const {
 // What acts on it from outside, and whether that begins it anew, or something else did: a blow, or how it is made.
 void StepRun::TakeSteady(Mover& mover) {
   mover.steady = SteadyPush(mover.row);
-  const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
+  HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
   mover.beginning = Beginning::kNone;
   const double last = world_.layer_.last_substep;
   if (last == 0) return;
@@ -154,6 +154,7 @@ void StepRun::TakeSteady(Mover& mover) {
     return;
   }
   // Who is pulled off what held it lets go of it for good.
+  half.is_drawn = true;
   const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
   mover.beginning = lets_go ? Beginning::kMust : Beginning::kMay;
 }
@@ -338,6 +339,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.restarts = false;
   half.is_struck = false;
   half.is_woken = false;
+  half.is_drawn = false;
   if (half.since_restart < HalfStep::kPause) ++half.since_restart;
 
   // What is followed turned as its momentum does, which gives no energy.

@@ -31,6 +31,7 @@ class StepRun {
  private:
   class Crowd;
   class Jolts;
+  class Misdrawn;
   class Turns;
 
   // A dynamic body that nothing can meet in this step.
@@ -52,6 +53,8 @@ class StepRun {
   void FinishJoints();
   void Substep(double h, double elapsed);
   void Solve(double h);
+  // Brings bodies (ascending) back to how they were before the solve.
+  void ReturnToStart(std::span<const EntityRow> rows);
   void RestrainJoints(double h, std::vector<JointRow>& rows);
   void LeaveLimits(double h);
   void MoveKinematic(double h);
@@ -167,6 +170,12 @@ class StepRun {
   static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
   void AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const;
   void AddVisits();
+
+  // In which direction joints draw what they hold (step_draws.cc).
+  bool IsDrawn(const ContactPair& pair) const;
+  Vector3 DrawnBy(const ContactPair& pair, const Vector3& friction, absl::FunctionRef<Push(EntityRow)> gain_of) const;
+  Vector3 DrawnBefore(const ContactPair& pair, double h) const;
+  void SolveMisdrawn(double h, std::span<JointRow> left);
 
   // How surfaces slip for their bodies turn (step_bends.cc).
   std::optional<Vector3> CurvedAbout(EntityRow entity, GeometryRow row, const ContactPoint& point) const;

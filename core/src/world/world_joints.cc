@@ -183,14 +183,20 @@ JointState World::joint_state(JointId id) const {
 // What the joint gave until now is paid: from here on it gives more or nothing.
 void World::RestartJoined(const JointDesc& joint) {
   for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
-    if (!entity->is_world()) layer_.half_steps[entity->id.index()].Restart();
+    if (entity->is_world()) continue;
+    HalfStep& half = layer_.half_steps[entity->id.index()];
+    half.Restart();
+    half.is_drawn = true;
   }
 }
 
 // The same of one that gives something else from here on, perhaps in every step.
 void World::RestartDriven(const JointDesc& joint) {
   for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
-    if (!entity->is_world()) layer_.half_steps[entity->id.index()].RestartNowAndThen();
+    if (entity->is_world()) continue;
+    HalfStep& half = layer_.half_steps[entity->id.index()];
+    half.RestartNowAndThen();
+    half.is_drawn = true;
   }
 }
 

@@ -325,18 +325,31 @@ void StepRun::Solve(double h) {
   const std::span<JointRow> left = joints_.Solve(solver_, h, rows_, world_.contacts_, rows);
   world_.engine_->ScaleInertia(joints_.scales());
   world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
+  SolveMisdrawn(h, left);
   joints_.TakeLeft(rows);
   RestrainJoints(h, rows);
 }
 
-void StepRun::RestrainJoints(double h, std::vector<JointRow>& rows) {
-  const auto kick_turned = [this](std::span<const EntityRow> kicked) {
-    for (const FrictionTurn& turn : scratch_.turns) {
-      for (const EntityRow row : {turn.a, turn.b}) {
-        if (std::ranges::binary_search(kicked, row)) KickTurned(turn, row);
-      }
+// Velocities as they were given, with what friction gave that turns within the substep.
+void StepRun::ReturnToStart(std::span<const EntityRow> rows) {
+  const auto is_one = [&](EntityRow row) { return std::ranges::binary_search(rows, row); };
+  for (const Mover& mover : movers_) {
+    if (!is_one(mover.row)) continue;
+    state_.set_pose(mover.row, mover.start);
+    state_.linear_velocities.col(Index(mover.row)) = mover.linear_given;
+    state_.angular_velocities.col(Index(mover.row)) = mover.spin_given;
+  }
+  for (const FrictionTurn& turn : scratch_.turns) {
+    if (turn.rest == 1) continue;
+    for (const EntityRow row : {turn.a, turn.b}) {
+      if (is_one(row)) KickTurned(turn, row);
     }
-  };
+  }
+  world_.engine_->WriteState(rows, state_);
+}
+
+void StepRun::RestrainJoints(double h, std::vector<JointRow>& rows) {
+  const auto return_to_start = [this](std::span<const EntityRow> left) { ReturnToStart(left); };
   const Restraint::Surroundings surroundings{.scene = world_.scene_,
                                              .layer = world_.layer_,
                                              .rule = world_.rule_,
@@ -346,7 +359,7 @@ void StepRun::RestrainJoints(double h, std::vector<JointRow>& rows) {
                                              .engine = *world_.engine_,
                                              .joints = joints_,
                                              .movers = movers_,
-                                             .kick_turned = kick_turned};
+                                             .return_to_start = return_to_start};
   Restraint(surroundings, h).Apply(rows);
 }
 

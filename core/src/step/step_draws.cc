@@ -1,0 +1,196 @@
+// In which direction joints draw over a surface what they hold. Friction works against the slip, and what begins to
+// slip because a joint pulls does not slip yet before the solve in which it does. Forces are in velocities by then, but
+// what a joint will give is known only once it is solved for: so it is taken to give what it did in the last solve, and
+// where something begins for which that is not true, the solve tells, and is done once more.
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "motion/free_rotation.h"
+#include "pairs/contact_points.h"
+#include "step/step_run.h"
+
+namespace genphys {
+namespace {
+
+// Of what friction can give, the part that it may be askew, or give more.
+constexpr double kAskew = 0.01;
+
+struct Friction {
+  Vector3 given = Vector3::Zero();  // N*s on b
+  double most = 0;                  // N*s
+};
+
+Friction FrictionOf(std::span<const ContactPoint> points) {
+  Friction friction;
+  for (const ContactPoint& point : points) {
+    friction.given += point.friction_impulse;
+    friction.most += point.friction * point.normal_impulse;
+  }
+  return friction;
+}
+
+bool GivesWay(const Vector3& given, double most) { return given.norm() > (1 - kAskew) * most; }
+
+Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
+
+}  // namespace
+
+// m/s, by what a solve changed of both sides, `gain_of` (row), at their points, but for what friction between them did.
+Vector3 StepRun::DrawnBy(const ContactPair& pair, const Vector3& friction,
+                         absl::FunctionRef<Push(EntityRow)> gain_of) const {
+  const std::span<const ContactPoint> points = PointsOf(world_.contacts_, pair);
+  Vector3 middle = Vector3::Zero();
+  for (const ContactPoint& point : points) middle += point.position / pair.point_count;
+  const auto gain_at_middle = [&](EntityRow row, double sign) -> Vector3 {
+    if (!IsMoved(row)) return Vector3::Zero();
+    const MassProperties& mass = world_.scene_.entities[Index(row)]->mass;
+    const Push gain = gain_of(row);
+    const Vector3 spin = WorldTensor(state_.pose(row).orientation, mass.inverse_tensor) * gain.torque;
+    return gain.acceleration + spin.cross(middle - CenterOf(row)) - sign / mass.mass * friction;
+  };
+  return Across(gain_at_middle(pair.entity_b, 1) - gain_at_middle(pair.entity_a, -1), points.front().normal);
+}
+
+bool StepRun::IsDrawn(const ContactPair& pair) const {
+  return scratch_.jointed[pair.entity_a] || scratch_.jointed[pair.entity_b];
+}
+
+// As the last solve tells it.
+Vector3 StepRun::DrawnBefore(const ContactPair& pair, double h) const {
+  const double last = world_.layer_.last_substep;
+  if (pair.point_count == 0 || !IsDrawn(pair) || last == 0) return Vector3::Zero();
+  Vector3 friction = Vector3::Zero();
+  if (const ContactPair* before = SolvedBefore(pair)) {
+    friction = pair.interval / last * FrictionOf(PointsOf(world_.solved_, *before)).given;
+  }
+  return DrawnBy(pair, friction, [&](EntityRow row) -> Push {
+    const HalfStep& half = world_.layer_.half_steps[Index(row)];
+    if (!half.has_past) return {};
+    const double interval = half.Interval(last, h);
+    return {interval * half.held_rate, interval * half.held_torque};
+  });
+}
+
+// The islands in which friction of the solve just done was misled, and what is solved once more of them.
+class StepRun::Misdrawn {
+ public:
+  explicit Misdrawn(StepRun& run) : run_(run), islands_(run.joints_.islands()) {}
+
+  void Find() {
+    for (uint32_t number = 0; number < islands_.islands().size(); ++number) {
+      if (Begins(number)) numbers_.push_back(number);
+    }
+    if (numbers_.empty()) return;
+    FindMovers();
+    std::erase_if(numbers_, [&](uint32_t number) {
+      bool is_misdrawn = false;
+      for (const uint32_t pair : islands_.PairsOf(number)) is_misdrawn |= TellDrawn(contacts().pairs[pair]);
+      return !is_misdrawn;
+    });
+    std::erase_if(movers_, [&](const Mover* mover) { return !Has(mover->row, mover->row); });
+  }
+
+  bool empty() const { return numbers_.empty(); }
+  bool Has(EntityRow a, EntityRow b) const { return std::ranges::binary_search(numbers_, islands_.IslandOf(a, b)); }
+
+  // By `h` seconds, with what is known now of how it is drawn.
+  void Solve(double h, std::span<JointRow> left) {
+    std::vector<EntityRow> rows;
+    for (const Mover* mover : movers_) rows.push_back(mover->row);
+    run_.ReturnToStart(rows);
+    std::vector<JointRow> again;
+    for (const JointRow& row : left) {
+      if (!Has(row.a, row.b)) continue;
+      again.push_back(row);
+      again.back().impulse = 0;
+    }
+    ContactBuffer part = TakeContacts();
+    run_.world_.engine_->ScaleInertia(run_.joints_.scales());
+    run_.world_.engine_->SolveAgain(h, rows, run_.state_, part, again);
+    auto next = again.begin();
+    for (JointRow& row : left) {
+      if (Has(row.a, row.b)) row.impulse = (next++)->impulse;
+    }
+    auto point = part.points.begin();
+    for (const ContactPair& pair : contacts().pairs) {
+      if (!Has(pair.entity_a, pair.entity_b)) continue;
+      std::copy_n(point, pair.point_count, contacts().points.begin() + pair.first_point);
+      point += pair.point_count;
+    }
+  }
+
+ private:
+  ContactBuffer& contacts() const { return run_.world_.contacts_; }
+
+  // Whether joints may draw something over a surface that do so for the first time in this solve, or otherwise.
+  bool Begins(uint32_t number) const {
+    const Islands::Island& island = islands_.islands()[number];
+    const auto begins = [&](EntityRow row) {
+      const HalfStep& half = run_.world_.layer_.half_steps[Index(row)];
+      return half.is_drawn || !half.has_past;
+    };
+    return island.joint_rows > 0 && island.contacts > 0 && std::ranges::any_of(islands_.RowsOf(number), begins);
+  }
+
+  void FindMovers() {
+    for (const Mover& mover : run_.movers_) {
+      if (Has(mover.row, mover.row)) movers_.push_back(&mover);
+    }
+    std::ranges::sort(movers_, {}, [](const Mover* mover) { return mover->row; });
+  }
+
+  // Whether friction was not against the slip that there would be without it. Of what slipped before that is known well
+  // enough.
+  bool TellDrawn(ContactPair& pair) const {
+    const std::span<const ContactPoint> points = PointsOf(contacts(), pair);
+    if (points.empty() || pair.is_sensor || !run_.IsDrawn(pair)) return false;
+    const auto [given, most] = FrictionOf(points);
+    if (!GivesWay(given, most) || Slipped(pair)) return false;
+    pair.drawn = run_.DrawnBy(pair, given, [&](EntityRow row) -> Push {
+      const Mover& mover = **std::ranges::lower_bound(movers_, row, {}, [](const Mover* each) { return each->row; });
+      const Vector3 spun = run_.state_.angular_velocities.col(Index(row)) - mover.spin_given;
+      return {run_.state_.linear_velocities.col(Index(row)) - mover.linear_given, mover.turned.tensor * spun};
+    });
+    Vector3 slip = pair.drawn;
+    for (const ContactPoint& point : points) {
+      slip += Across(point.relative_velocity + pair.surface_velocity + pair.bend, point.normal) / pair.point_count;
+    }
+    const double askew = slip.cross(given).norm();
+    return given.norm() > (1 + kAskew) * most || askew > kAskew * slip.norm() * given.norm();
+  }
+
+  bool Slipped(const ContactPair& pair) const {
+    const ContactPair* const before = run_.SolvedBefore(pair);
+    if (before == nullptr) return false;
+    const auto [given, most] = FrictionOf(PointsOf(run_.world_.solved_, *before));
+    return most > 0 && GivesWay(given, most);
+  }
+
+  ContactBuffer TakeContacts() const {
+    ContactBuffer part{.pull = contacts().pull};
+    for (const ContactPair& pair : contacts().pairs) {
+      if (!Has(pair.entity_a, pair.entity_b)) continue;
+      const std::span<const ContactPoint> points = PointsOf(contacts(), pair);
+      part.pairs.push_back(pair);
+      part.pairs.back().first_point = static_cast<uint32_t>(part.points.size());
+      part.points.insert(part.points.end(), points.begin(), points.end());
+    }
+    return part;
+  }
+
+  StepRun& run_;
+  const Islands& islands_;
+  std::vector<uint32_t> numbers_;     // of islands, ascending
+  std::vector<const Mover*> movers_;  // of these, by row
+};
+
+void StepRun::SolveMisdrawn(double h, std::span<JointRow> left) {
+  if (left.empty()) return;
+  Misdrawn misdrawn(*this);
+  misdrawn.Find();
+  if (!misdrawn.empty()) misdrawn.Solve(h, left);
+}
+
+}  // namespace genphys
