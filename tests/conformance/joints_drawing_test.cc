@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
@@ -35,6 +36,16 @@ class Block {
     id_ = AddBlock(Vector3::Zero());
   }
 
+  // Of two boxes, which are the same together.
+  void MakeOfTwo() {
+    Do(*world_, DeleteEntity{id_});
+    EntityDesc desc = Body(Box{{0.25, 0.6, kHalfHeight}}, {0, 0, kHalfHeight}, 1);
+    std::vector<Geometry>& halves = desc.rigid_body->geometries;
+    halves.push_back(halves[0]);
+    halves[0].pose_in_entity.position.x() = -0.25;
+    halves[1].pose_in_entity.position.x() = 0.25;
+    id_ = Add(*world_, desc);
+  }
   EntityId AddBlock(const Vector3& beside) {
     return Add(*world_, Body(Box{{0.5, 0.6, kHalfHeight}}, beside + Vector3(0, 0, kHalfHeight), 1));
   }
@@ -97,6 +108,17 @@ void VisitBlocks(const std::string& engine, Visit visit) {
 
 TEST_P(JointsDrawing, AMotorDrawsABlockStraightFromRest) {
   VisitBlocks(GetParam(), [](Block& block, double force) {
+    block.AddRail(MotorOf(force));
+    block.Go(kSeconds);
+    const Miss miss = block.MissOf(WayOf(force));
+    EXPECT_LT(miss.along, 2e-5);
+    EXPECT_LT(miss.across, 1e-6);
+  });
+}
+
+TEST_P(JointsDrawing, AMotorDrawsABlockOfSeveralShapesStraight) {
+  VisitBlocks(GetParam(), [](Block& block, double force) {
+    block.MakeOfTwo();
     block.AddRail(MotorOf(force));
     block.Go(kSeconds);
     const Miss miss = block.MissOf(WayOf(force));

@@ -158,18 +158,13 @@ void ContactSolver::AddFrictions(const AddedPair& added, size_t number, const Gr
   const bool bears = grip.bears && !slides && slip.length() <= kKnownPart * inverse_mass * grip.load;
   // What slides tells its direction itself, however much it carries.
   btVector3 along = slip;
-  if (!pair.drawn.isZero(0) && !slides) {
+  if (!pair.drawn.isZero(0) && !slides && (are_few_ || !rows_.empty())) {
     along += along_surface(-ToBullet(pair.drawn));
   } else if (bears) {
     along += ease / grip.count * ToBullet(grip.braked);
   } else if (slides) {
     // In the middle of the step, which is of second order.
     along = sliding;
-  } else if (grip.is_on_ground && grip.load > 0) {
-    // Where a push out of the middle would turn a body, that slips before the solve another way than friction has to
-    // hold it, and held along one wrong direction it creeps across that. So friction goes the way in which it held in
-    // the last step, and against what would still slip if it did the same again.
-    along = along_surface(SlipGoingOn(id_a, id_b, place) - run) + inverse_mass * ToBullet(grip.braked);
   }
   std::array<btVector3, 2> directions;
   FindTangents(push, along, directions[0], directions[1]);

@@ -23,14 +23,14 @@ constexpr double kGolden = 0.6180339887498949;
 // rad/s^2: the same as the gate of a slip, of a direction of rolling.
 constexpr double kRollGate = 0.2;
 
+Vector3 Across(const Vector3& normal, const Vector3& v) { return v - normal * normal.dot(v); }
+
 }  // namespace
 
 Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass) {
-  const auto across = [&](const Vector3& v) -> Vector3 { return v - contact.normal * contact.normal.dot(v); };
-  const Vector3 slip = across(contact.relative_velocity + contact.drawn);
-  if (!contact.drawn.isZero(0)) return slip;
-  if (slip.norm() > inverse_mass * contact.grip) return slip;
-  return slip - inverse_mass * across(contact.braked);
+  const Vector3 slip = Across(contact.normal, contact.relative_velocity + contact.drawn);
+  if (!contact.drawn.isZero(0) || slip.norm() > inverse_mass * contact.grip) return slip;
+  return slip - inverse_mass * Across(contact.normal, contact.braked);
 }
 
 // Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever
@@ -40,13 +40,14 @@ Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass) {
 // and a push across it, however small, moves it.
 void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to) {
   to.surface.mu = contact.friction;
-  const double speed = slip.norm(), sliding = contact.slip.norm();
-  if (speed > fast && sliding > fast) {
+  const double sliding = contact.slip.norm();
+  if (sliding > fast && Across(contact.normal, contact.relative_velocity).norm() > fast) {
     to.surface.mode |= dContactFDir1 | dContactAxisDep;
     ToOde(contact.slip / sliding, to.fdir1);
     to.surface.mu2 = 0;
     return;
   }
+  const double speed = slip.norm();
   // However little pulls at a smooth or light body, that is no noise where it is about what friction bears there.
   const double pressed = std::abs(contact.relative_velocity.dot(contact.normal));
   const bool slips = pressed > 0 && speed > kHeldPart * contact.friction * pressed;

@@ -396,6 +396,8 @@ void World::LoadContact(const Attempt& attempt, const ContactPair& pair, uint32_
   const auto across = [&](const Vector3& v) { return Vector3(sign * (v - point.normal * point.normal.dot(v))); };
   const Vector3 run = across(pair.surface_velocity + pair.bend);
   const WarmStart::Recalled& recalled = recalled_[index];
+  // Where contacts alone are swept, friction of points that hold each other tells another direction in each solve.
+  const bool is_drawn = island.joint_rows > 0;
   const bool may_share = ContactSolver::MayShareFriction(island.contacts);
   const Vector3 given = StartsFromGiven(attempt.way) ? Vector3(sign * recalled.given) : Vector3::Zero();
   SolverOf(attempt.island)
@@ -410,7 +412,7 @@ void World::LoadContact(const Attempt& attempt, const ContactPair& pair, uint32_
                     .other_velocity = moves_by_itself ? Vector3(other_velocity - run) : Vector3(-run),
                     .braked = sign * recalled.braked,
                     .grip = recalled.grip,
-                    .drawn = across(pair.drawn),
+                    .drawn = is_drawn ? across(pair.drawn) : Vector3::Zero(),
                     .is_jointed = island.joint_rows > 0,
                     .correction = pair.correction,
                     .shared_axis = may_share ? recalled.shared_axis : std::nullopt,

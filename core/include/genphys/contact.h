@@ -44,9 +44,9 @@ struct ContactPair {
   /// adds it to the slip that it holds; what slides is braked against the slip as it is before, in the middle of the
   /// time for which the solve acts; the layer fills it before.
   Vector3 bend = Vector3::Zero();
-  /// m/s, world: by how much more the two would slip after Solve() than before if nothing but friction between them
-  /// were other than in the last solve, and that were none. It tells the direction in which joints pull over a surface
-  /// what they hold; zero where there are none. The layer fills it before.
+  /// m/s, world: by how much more the two would slip after Solve() than before if all but friction between them were as
+  /// in the last solve, and there were none. It tells the direction in which joints and other contacts draw over a
+  /// surface what they hold; zero where nothing tells it. The layer fills it before.
   Vector3 drawn = Vector3::Zero();
   /// s, for which Solve() acts on the two, and what is held gives impulses that grow with it; the layer fills it
   /// before.

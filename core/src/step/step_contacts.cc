@@ -119,6 +119,7 @@ void StepRun::PrepareContacts(double h) {
   const ImpactWorld surroundings = Surroundings();
   const ImpactSpeed impact_speed(surroundings, h);
   const Impacts impacts(surroundings, h, false);
+  CountPartners();
   for (const Mover& mover : movers_) {
     scratch_.flew.Set(mover.row, world_.layer_.half_steps[Index(mover.row)].in_flight);
   }

@@ -4,6 +4,7 @@
 // where something begins for which that is not true, the solve tells, and is done once more.
 #include <algorithm>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
@@ -16,54 +17,118 @@ namespace {
 
 // Of what friction can give, the part that it may be askew, or give more.
 constexpr double kAskew = 0.01;
-
-struct Friction {
-  Vector3 given = Vector3::Zero();  // N*s on b
-  double most = 0;                  // N*s
-};
-
-Friction FrictionOf(std::span<const ContactPoint> points) {
-  Friction friction;
-  for (const ContactPoint& point : points) {
-    friction.given += point.friction_impulse;
-    friction.most += point.friction * point.normal_impulse;
-  }
-  return friction;
-}
-
-bool GivesWay(const Vector3& given, double most) { return given.norm() > (1 - kAskew) * most; }
+// A finger, the floor and another one.
+constexpr uint32_t kFewPartners = 3;
+// Cosine between normals of one surface.
+constexpr double kSameSurface = 0.999;
 
 Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
 
+// m/s, of b against a at the middle of their points, before the solve.
+Vector3 SlipOf(const ContactPair& pair, std::span<const ContactPoint> points) {
+  Vector3 slip = Vector3::Zero();
+  for (const ContactPoint& point : points) {
+    slip += Across(point.relative_velocity + pair.surface_velocity + pair.bend, point.normal) / pair.point_count;
+  }
+  return slip;
+}
+
 }  // namespace
 
-// m/s, by what a solve changed of both sides, `gain_of` (row), at their points, but for what friction between them did.
-Vector3 StepRun::DrawnBy(const ContactPair& pair, const Vector3& friction,
+// What friction did between two bodies on one surface.
+struct StepRun::Rubbed {
+  Vector3 given = Vector3::Zero();  // N*s on b
+  double most = 0;                  // N*s, that it can give
+  double pressing = 0;              // N*s
+
+  // By a pair and all of the same two bodies on its surface: these follow each other.
+  void Add(const ContactBuffer& contacts, const ContactPair& pair) {
+    const ContactPair* const begin = contacts.pairs.data();
+    const ContactPair* const end = begin + contacts.pairs.size();
+    const auto is_of_both = [&](const ContactPair& other) {
+      return other.entity_a == pair.entity_a && other.entity_b == pair.entity_b;
+    };
+    const ContactPair* each = &pair;
+    while (each > begin && is_of_both(each[-1])) --each;
+    for (; each < end && is_of_both(*each); ++each) {
+      if (!each->is_sensor && AreOnOneSurface(contacts, *each, pair)) Add(PointsOf(contacts, *each));
+    }
+  }
+  void Scale(double factor) {
+    given *= factor;
+    most *= factor;
+    pressing *= factor;
+  }
+  bool GivesWay() const { return given.norm() > (1 - kAskew) * most; }
+
+ private:
+  void Add(std::span<const ContactPoint> points) {
+    for (const ContactPoint& point : points) {
+      given += point.friction_impulse;
+      most += point.friction * point.normal_impulse;
+      pressing += point.normal_impulse;
+    }
+  }
+  static bool AreOnOneSurface(const ContactBuffer& contacts, const ContactPair& a, const ContactPair& b) {
+    if (a.point_count == 0 || b.point_count == 0) return false;
+    return contacts.points[a.first_point].normal.dot(contacts.points[b.first_point].normal) > kSameSurface;
+  }
+};
+
+// m/s, by what a solve changed of both sides, `gain_of` (row), in the middle of their points, but for what friction
+// between them did. That moves at least what presses there by its weight: of what lies on one of them, too, which goes
+// with it. To take it for more would let directions swing to and fro, more in each step.
+Vector3 StepRun::DrawnBy(const ContactPair& pair, const Rubbed& friction,
                          absl::FunctionRef<Push(EntityRow)> gain_of) const {
   const std::span<const ContactPoint> points = PointsOf(world_.contacts_, pair);
   Vector3 middle = Vector3::Zero();
   for (const ContactPoint& point : points) middle += point.position / pair.point_count;
-  const auto gain_at_middle = [&](EntityRow row, double sign) -> Vector3 {
+  double mobility = 0;  // 1/kg
+  const auto gain_at_middle = [&](EntityRow row) -> Vector3 {
     if (!IsMoved(row)) return Vector3::Zero();
     const MassProperties& mass = world_.scene_.entities[Index(row)]->mass;
+    mobility += 1 / mass.mass;
     const Push gain = gain_of(row);
     const Vector3 spin = WorldTensor(state_.pose(row).orientation, mass.inverse_tensor) * gain.torque;
-    return gain.acceleration + spin.cross(middle - CenterOf(row)) - sign / mass.mass * friction;
+    return gain.acceleration + spin.cross(middle - CenterOf(row));
   };
-  return Across(gain_at_middle(pair.entity_b, 1) - gain_at_middle(pair.entity_a, -1), points.front().normal);
+  const Vector3 gain = gain_at_middle(pair.entity_b) - gain_at_middle(pair.entity_a);
+  const double weight = world_.contacts_.pull * pair.interval;  // N*s per kg
+  if (mobility * friction.pressing > weight) mobility = weight / friction.pressing;
+  return Across(gain - mobility * friction.given, points.front().normal);
 }
 
+void StepRun::CountPartners() {
+  scratch_.partners.Clear();
+  const ContactPair* last = nullptr;
+  for (const ContactPair& pair : world_.contacts_.pairs) {
+    const bool is_known = last != nullptr && last->entity_a == pair.entity_a && last->entity_b == pair.entity_b;
+    last = &pair;
+    if (is_known || pair.is_sensor) continue;
+    ++scratch_.partners[pair.entity_a];
+    ++scratch_.partners[pair.entity_b];
+  }
+}
+
+// Whether it may matter what else draws it. Among many that hold each other no direction is better than another.
 bool StepRun::IsDrawn(const ContactPair& pair) const {
-  return scratch_.jointed[pair.entity_a] || scratch_.jointed[pair.entity_b];
+  if (scratch_.jointed[pair.entity_a] || scratch_.jointed[pair.entity_b]) return true;
+  if (pair.material.friction == 0) return false;
+  const bool is_moved_a = IsMoved(pair.entity_a), is_moved_b = IsMoved(pair.entity_b);
+  if (pair.point_count > 2) return !is_moved_a || !is_moved_b;
+  const auto has_few = [&](EntityRow row) { return std::as_const(scratch_.partners)[row] <= kFewPartners; };
+  return pair.material.rolling_friction == 0 && (!is_moved_a || has_few(pair.entity_a)) &&
+         (!is_moved_b || has_few(pair.entity_b));
 }
 
 // As the last solve tells it.
 Vector3 StepRun::DrawnBefore(const ContactPair& pair, double h) const {
   const double last = world_.layer_.last_substep;
   if (pair.point_count == 0 || !IsDrawn(pair) || last == 0) return Vector3::Zero();
-  Vector3 friction = Vector3::Zero();
+  Rubbed friction;
   if (const ContactPair* before = SolvedBefore(pair)) {
-    friction = pair.interval / last * FrictionOf(PointsOf(world_.solved_, *before)).given;
+    friction.Add(world_.solved_, *before);
+    friction.Scale(pair.interval / last);
   }
   return DrawnBy(pair, friction, [&](EntityRow row) -> Push {
     const HalfStep& half = world_.layer_.half_steps[Index(row)];
@@ -146,26 +211,25 @@ class StepRun::Misdrawn {
   bool TellDrawn(ContactPair& pair) const {
     const std::span<const ContactPoint> points = PointsOf(contacts(), pair);
     if (points.empty() || pair.is_sensor || !run_.IsDrawn(pair)) return false;
-    const auto [given, most] = FrictionOf(points);
-    if (!GivesWay(given, most) || Slipped(pair)) return false;
-    pair.drawn = run_.DrawnBy(pair, given, [&](EntityRow row) -> Push {
+    Rubbed friction;
+    friction.Add(contacts(), pair);
+    pair.drawn = run_.DrawnBy(pair, friction, [&](EntityRow row) -> Push {
       const Mover& mover = **std::ranges::lower_bound(movers_, row, {}, [](const Mover* each) { return each->row; });
       const Vector3 spun = run_.state_.angular_velocities.col(Index(row)) - mover.spin_given;
       return {run_.state_.linear_velocities.col(Index(row)) - mover.linear_given, mover.turned.tensor * spun};
     });
-    Vector3 slip = pair.drawn;
-    for (const ContactPoint& point : points) {
-      slip += Across(point.relative_velocity + pair.surface_velocity + pair.bend, point.normal) / pair.point_count;
-    }
-    const double askew = slip.cross(given).norm();
-    return given.norm() > (1 + kAskew) * most || askew > kAskew * slip.norm() * given.norm();
+    if (!friction.GivesWay() || Slipped(pair)) return false;
+    const Vector3 slip = SlipOf(pair, points) + pair.drawn;
+    const double given = friction.given.norm();
+    return given > (1 + kAskew) * friction.most || slip.cross(friction.given).norm() > kAskew * slip.norm() * given;
   }
 
   bool Slipped(const ContactPair& pair) const {
     const ContactPair* const before = run_.SolvedBefore(pair);
     if (before == nullptr) return false;
-    const auto [given, most] = FrictionOf(PointsOf(run_.world_.solved_, *before));
-    return most > 0 && GivesWay(given, most);
+    Rubbed friction;
+    friction.Add(run_.world_.solved_, *before);
+    return friction.most > 0 && friction.GivesWay();
   }
 
   ContactBuffer TakeContacts() const {

@@ -32,6 +32,7 @@ class StepRun {
   class Crowd;
   class Jolts;
   class Misdrawn;
+  struct Rubbed;
   class Turns;
 
   // A dynamic body that nothing can meet in this step.
@@ -172,8 +173,9 @@ class StepRun {
   void AddVisits();
 
   // In which direction joints draw what they hold (step_draws.cc).
+  void CountPartners();
   bool IsDrawn(const ContactPair& pair) const;
-  Vector3 DrawnBy(const ContactPair& pair, const Vector3& friction, absl::FunctionRef<Push(EntityRow)> gain_of) const;
+  Vector3 DrawnBy(const ContactPair& pair, const Rubbed& friction, absl::FunctionRef<Push(EntityRow)> gain_of) const;
   Vector3 DrawnBefore(const ContactPair& pair, double h) const;
   void SolveMisdrawn(double h, std::span<JointRow> left);
 

@@ -53,6 +53,7 @@ struct StepScratch {
   RowValues<int> passed_index{-1};                    // of impacts that are passed on
   RowValues<int> swept_index{-1};                     // of sweeps
   RowValues<int> crowd_number{-1};                    // of who hangs together with whom collides
+  RowValues<uint32_t> partners{0};                    // how many touch it
   RowValues<int> places{-1};                          // among those that may fall asleep
   RowValues<double> earliest{0};                      // of impacts, s before the end
   RowValues<uint8_t> stances{0};                      // of who is pressed against something
@@ -77,8 +78,9 @@ struct StepScratch {
   void Begin(uint32_t rows) {
     const auto reset = [&](auto&... all) { (..., (all.Clear(), all.Resize(rows))); };
     reset(drives, uneven, wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations,
-          struck_index, group_of, swept_index, places, earliest, free_since, stances, passed_index, crowd_number, flew,
-          jolted, reached, jointed, linked, held, paid, changed, moved, tested, flies, steered, strays, pushed);
+          struck_index, group_of, swept_index, partners, places, earliest, free_since, stances, passed_index,
+          crowd_number, flew, jolted, reached, jointed, linked, held, paid, changed, moved, tested, flies, steered,
+          strays, pushed);
   }
 };
 
