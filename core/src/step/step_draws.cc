@@ -1,7 +1,8 @@
-// In which direction joints draw over a surface what they hold. Friction works against the slip, and what begins to
-// slip because a joint pulls does not slip yet before the solve in which it does. Forces are in velocities by then, but
-// what a joint will give is known only once it is solved for: so it is taken to give what it did in the last solve, and
-// where something begins for which that is not true, the solve tells, and is done once more.
+// In which direction joints and other contacts draw over a surface what they hold or push. Friction works against the
+// slip, and what begins to slip because a joint pulls does not slip yet before the solve in which it does. Forces are
+// in velocities by then, but what a joint or another contact will give is known only once it is solved for: so it is
+// taken to give what it did in the last solve. Where a joint begins to give something else that is not true: there the
+// solve tells, and is done once more.
 #include <algorithm>
 #include <span>
 #include <utility>

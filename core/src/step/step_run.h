@@ -172,7 +172,7 @@ class StepRun {
   void AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const;
   void AddVisits();
 
-  // In which direction joints draw what they hold (step_draws.cc).
+  // In which direction joints and other contacts draw what they hold (step_draws.cc).
   void CountPartners();
   bool IsDrawn(const ContactPair& pair) const;
   Vector3 DrawnBy(const ContactPair& pair, const Rubbed& friction, absl::FunctionRef<Push(EntityRow)> gain_of) const;
