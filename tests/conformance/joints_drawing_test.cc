@@ -62,6 +62,7 @@ class Block {
     Do(*world_, update);
   }
   void Pull(double force) { Do(*world_, ApplyForce{.id = id_, .force = force * direction_, .steps = 10'000}); }
+  double step_size() const { return step_size_; }
   void Go(double seconds) { Steps(*world_, static_cast<int>(std::lround(seconds / step_size_))); }
 
   Miss MissOf(double way) const {
@@ -106,24 +107,16 @@ void VisitBlocks(const std::string& engine, Visit visit) {
   }
 }
 
-TEST_P(JointsDrawing, AMotorDrawsABlockStraightFromRest) {
+TEST_P(JointsDrawing, AMotorDrawsABlockOfOneOrTwoShapesStraightFromRest) {
   VisitBlocks(GetParam(), [](Block& block, double force) {
-    block.AddRail(MotorOf(force));
-    block.Go(kSeconds);
-    const Miss miss = block.MissOf(WayOf(force));
-    EXPECT_LT(miss.along, 2e-5);
-    EXPECT_LT(miss.across, 1e-6);
-  });
-}
-
-TEST_P(JointsDrawing, AMotorDrawsABlockOfSeveralShapesStraight) {
-  VisitBlocks(GetParam(), [](Block& block, double force) {
-    block.MakeOfTwo();
-    block.AddRail(MotorOf(force));
-    block.Go(kSeconds);
-    const Miss miss = block.MissOf(WayOf(force));
-    EXPECT_LT(miss.along, 2e-5);
-    EXPECT_LT(miss.across, 1e-6);
+    for (const bool is_of_two : {false, true}) {
+      if (is_of_two) block.MakeOfTwo();
+      block.AddRail(MotorOf(force));
+      block.Go(kSeconds);
+      const Miss miss = block.MissOf(WayOf(force));
+      EXPECT_LT(miss.along, 2e-5) << is_of_two;
+      EXPECT_LT(miss.across, 1e-6) << is_of_two;
+    }
   });
 }
 
@@ -132,7 +125,7 @@ TEST_P(JointsDrawing, AMotorThatIsToldToPullHarderDrawsWhatItDidNotMoveStraight)
     const JointId rail = block.AddRail(MotorOf(0.9 * kLimit));
     block.Go(0.2);
     EXPECT_LT(block.MissOf(1).across, 1e-6);
-    EXPECT_LT(block.MissOf(1).along, 1 + 1e-6);
+    EXPECT_NEAR(block.MissOf(1).along, 1, 1e-6) << "it has not moved";
     block.ChangeRail(rail, MotorOf(force));
     block.Go(kSeconds);
     const Miss miss = block.MissOf(WayOf(force));
@@ -148,7 +141,8 @@ TEST_P(JointsDrawing, ASpringDrawsABlockStraightFromRest) {
     block.Go(kSeconds);
     const double middle = 1 - kLimit / force;
     const Miss miss = block.MissOf(middle * (1 - std::cos(std::sqrt(force) * kSeconds)));
-    EXPECT_LT(miss.along, 1e-3);
+    // Of second order: 1.31e-4 at 60 steps per second was measured, and 8.2e-6 at 240.
+    EXPECT_LT(miss.along, 0.6 * block.step_size() * block.step_size());
     EXPECT_LT(miss.across, 1e-6);
   });
 }

@@ -159,6 +159,7 @@ void ContactSolver::AddFrictions(const AddedPair& added, size_t number, const Gr
   // What slides tells its direction itself, however much it carries.
   btVector3 along = slip;
   if (!pair.drawn.isZero(0) && !slides && (are_few_ || !rows_.empty())) {
+    // What joints and others will do about it shows in no slip before the solve. Among many it is noise.
     along += along_surface(-ToBullet(pair.drawn));
   } else if (bears) {
     along += ease / grip.count * ToBullet(grip.braked);

@@ -6,6 +6,9 @@
 
 namespace genphys {
 
+/// The part of a vector that lies along a surface.
+inline Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
+
 /// Those of a pair in `contacts`.
 inline std::span<const ContactPoint> PointsOf(const ContactBuffer& contacts, const ContactPair& pair) {
   return std::span(contacts.points).subspan(pair.first_point, pair.point_count);

@@ -18,8 +18,6 @@ constexpr double kNoTurn = 1e-4;
 // Cosine between the axis of something round and the normal: it rolls unless it stands on an end.
 constexpr double kOnEnd = 0.9;
 
-Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
-
 // s: how long a velocity that turns by `spin` has to be led across it to become its mean in `h` seconds. Half of them,
 // while that turns it little.
 double TimeOfBend(const Vector3& spin, double h) {

@@ -23,8 +23,6 @@ constexpr uint32_t kFewPartners = 3;
 // Cosine between normals of one surface.
 constexpr double kSameSurface = 0.999;
 
-Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
-
 // m/s, of b against a at the middle of their points, before the solve.
 Vector3 SlipOf(const ContactPair& pair, std::span<const ContactPoint> points) {
   Vector3 slip = Vector3::Zero();
@@ -103,9 +101,10 @@ void StepRun::CountPartners() {
   scratch_.partners.Clear();
   const ContactPair* last = nullptr;
   for (const ContactPair& pair : world_.contacts_.pairs) {
+    if (pair.is_sensor) continue;
     const bool is_known = last != nullptr && last->entity_a == pair.entity_a && last->entity_b == pair.entity_b;
     last = &pair;
-    if (is_known || pair.is_sensor) continue;
+    if (is_known) continue;
     ++scratch_.partners[pair.entity_a];
     ++scratch_.partners[pair.entity_b];
   }

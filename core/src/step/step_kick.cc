@@ -153,8 +153,8 @@ void StepRun::TakeSteady(Mover& mover) {
       IsSame(mover.steady.torque, half.steady_twist * (2 / last))) {
     return;
   }
-  // Who is pulled off what held it lets go of it for good.
   half.is_drawn = true;
+  // Who is pulled off what held it lets go of it for good.
   const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
   mover.beginning = lets_go ? Beginning::kMust : Beginning::kMay;
 }

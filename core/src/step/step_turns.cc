@@ -33,8 +33,6 @@ constexpr double kHeld = 1e-3;
 // So many points or more lie beside each other, and what stands on them does not roll.
 constexpr uint32_t kPatch = 3;
 
-Vector3 Across(const Vector3& vector, const Vector3& normal) { return vector - vector.dot(normal) * normal; }
-
 }  // namespace
 
 class StepRun::Turns {
