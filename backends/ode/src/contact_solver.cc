@@ -25,6 +25,8 @@ constexpr double kDirectSoftness = 1e-4;
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
 constexpr size_t kIterationsWanted = 150;
+// Of what rests.
+constexpr uint32_t kBriefSweeps = 16;
 // Of a tower, more than that: it needs as many as the square of its height, and is to come near enough to go on from.
 constexpr size_t kIterationsPerTwoRows = 5;
 constexpr size_t kDirectContactsMax = 100;
@@ -60,6 +62,21 @@ void SetMass(dBodyID body, const MassProperties& mass) {
   dMass ode_mass;
   dMassSetParameters(&ode_mass, mass.mass, 0, 0, 0, t(0, 0), t(1, 1), t(2, 2), t(0, 1), t(0, 2), t(1, 2));
   dBodySetMass(body, &ode_mass);
+}
+
+// The library may throw out of a solve.
+class OrderedRows {
+ public:
+  explicit OrderedRows(RowOrder& order) { OrderRowsBy(&order); }
+  ~OrderedRows() { OrderRowsBy(nullptr); }
+  OrderedRows(const OrderedRows&) = delete;
+  OrderedRows& operator=(const OrderedRows&) = delete;
+};
+
+// How many rows the library makes of its friction, but for rolling.
+size_t RubbingRows(const dContact& contact) {
+  const bool is_along_one = (contact.surface.mode & dContactAxisDep) != 0 && contact.surface.mu2 == 0;
+  return contact.surface.mu == 0 ? 0 : is_along_one ? 1 : 2;
 }
 
 // The mean of the inverse moments, 1/(kg*m^2).
@@ -132,6 +149,7 @@ void ContactSolver::EmptyGroup() {
   dJointGroupEmpty(contacts_);
   contact_count_ = 0;
   row_count_ = 0;
+  bounded_count_ = 0;
 }
 
 void ContactSolver::Grow(uint32_t count) {
@@ -244,7 +262,9 @@ void ContactSolver::AddContact(const ContactConstraint& contact) {
   dJointAttach(joint, bodies_[contact.body], OtherBody(contact));
   dJointSetFeedback(joint, &feedback_[given_.size() - 1]);
   ++contact_count_;
-  row_count_ += contact.friction == 0 ? 1 : is_shared ? 2 : 3;
+  const size_t rubbing = RubbingRows(ode_contact);
+  bounded_count_ += rubbing;
+  row_count_ += 1 + rubbing;
 }
 
 // As a joint of three rows: what is given acts as a force of this step, for the inertia to be that with which the body
@@ -278,6 +298,7 @@ void ContactSolver::SetTorsion(const ContactConstraint& contact, dContact& to) {
   to.surface.rho = to.surface.rho2 = std::max(contact.rolling_friction, kLeastArm);
   to.surface.rhoN = std::max(contact.spinning_friction, kLeastArm);
   row_count_ += 3;
+  bounded_count_ += 3;
   if (!is_direct_) return;
   double turnability = Turnability(masses_[contact.body]);
   if (contact.other != ContactConstraint::kImmovable) turnability += Turnability(masses_[contact.other]);
@@ -329,11 +350,12 @@ uint32_t ContactSolver::Iterations() const {
 }
 
 // ODE shuffles its rows. What is left over by few sweeps depends on the order, so that a pile is solved in another one
-// at every step, or what rests would creep. Few rows are swept until it matters little, and are always in the same
-// order, so that the same scene far from the origin is not solved in another one for the sake of rounding.
-uint32_t ContactSolver::Seed() const {
-  return row_count_ * kPresetIterations < kRowUpdates ? kSeedOfFew : static_cast<uint32_t>(seed_);
-}
+// at every step, or what rests would creep, and in one of ours. Few rows are swept until it matters little, and are
+// always in the same order, so that the same scene far from the origin is not solved in another one for the sake of
+// rounding.
+bool ContactSolver::AreMany() const { return row_count_ * kPresetIterations >= kRowUpdates; }
+
+uint32_t ContactSolver::Seed() const { return AreMany() ? static_cast<uint32_t>(seed_) : kSeedOfFew; }
 
 void ContactSolver::Step(bool briefly) {
   dRandSetSeed(Seed());
@@ -343,7 +365,13 @@ void ContactSolver::Step(bool briefly) {
   if (is_direct_) {
     done = dWorldStep(world_, step_size_);
   } else {
-    dWorldSetQuickStepNumIterations(world_, static_cast<int>(briefly ? kPresetIterations : Iterations()));
+    const uint32_t sweeps = briefly ? kBriefSweeps : Iterations();
+    dWorldSetQuickStepNumIterations(world_, static_cast<int>(sweeps));
+    std::optional<OrderedRows> ordered;
+    if (AreMany()) {
+      row_order_.Begin(row_count_ - bounded_count_, bounded_count_, sweeps, DrawRandom);
+      ordered.emplace(row_order_);
+    }
     done = dWorldQuickStep(world_, step_size_);
   }
   if (done == 0) throw EngineFault("ODE: not enough memory for a step");

@@ -5,6 +5,8 @@ struct dxThreadingImplementation;
 
 namespace genphys::ode_backend {
 
+class RowOrder;
+
 /// Starts the library once per process and makes its fatal errors EngineFault. Cheap to call again, from any thread.
 void StartLibrary();
 
@@ -18,7 +20,13 @@ uint64_t Complaints();
 /// would end the process. Some 66 kB each.
 void Abandon(dxThreadingImplementation* threading);
 
-/// How many random numbers the library has drawn from us on this thread.
+/// How many random numbers were drawn on this thread.
 uint64_t RandomDraws();
+
+/// The next of them.
+uint32_t DrawRandom();
+
+/// From now on the library takes rows on this thread in that order; null: in its own. The order must outlive that.
+void OrderRowsBy(RowOrder* order);
 
 }  // namespace genphys::ode_backend
