@@ -25,10 +25,10 @@ constexpr double kDirectSoftness = 1e-4;
 // creeps by what is left over, and by most when another engine takes turns with this one.
 constexpr size_t kRowUpdates = 20'000;
 constexpr size_t kIterationsWanted = 150;
-// Of what rests.
-constexpr uint32_t kBriefSweeps = 16;
 // Of a tower, more than that: it needs as many as the square of its height, and is to come near enough to go on from.
 constexpr size_t kIterationsPerTwoRows = 5;
+// Of what rests.
+constexpr uint32_t kBriefSweeps = 16;
 constexpr size_t kDirectContactsMax = 100;
 // The time it takes grows with the cube of the rows.
 constexpr size_t kDirectRowsMax = 300;

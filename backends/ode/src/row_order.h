@@ -10,13 +10,10 @@ namespace genphys::ode_backend {
 /// It begins with those that only numbers bound, such as the normals of contacts, and then takes those that these
 /// bound, such as friction, and shuffles all after every eighth sweep, for which it draws each swap. Rows in any order
 /// come sooner to where no body overlaps, and friction that has the last word to where nothing creeps: walls and
-/// pyramids of hundreds of boxes creep by a tenth of what they did. So it is told to mix them, by chunks that memory
-/// likes, and for a last sweep or two to take friction after all that bounds it.
+/// pyramids of hundreds of boxes creep by a tenth of what they did. So it is told to mix them, and for a last sweep
+/// to take friction after all that bounds it.
 class RowOrder {
  public:
-  /// ODE draws swaps after so many sweeps, unless they were the last ones.
-  static constexpr uint32_t kPeriod = 8;
-
   /// Of one solve: `free` rows that only numbers bound, `bounded` ones, and how many sweeps there will be. `draw` is
   /// where random numbers come from, any 32 bits.
   void Begin(size_t free, size_t bounded, uint32_t sweeps, uint32_t (*draw)());
