@@ -1,12 +1,11 @@
-# genphys_add_backend(NAME <name> RANK <number> [TEST_ONLY] [LIBRARIES <library>...] [INTERPOSES <symbol>...])
+# genphys_add_backend(NAME <name> RANK <number> [TEST_ONLY] [LIBRARIES <library>...])
 #
 # Makes the engine adapter of the calling folder part of the build: the library genphys_backend_<name> of include/ and
 # src/, the option GENPHYS_BACKEND_<NAME>, and a line in the generated builtin_backends.cc. The adapter gives
 # `std::unique_ptr<genphys::Backend> Make<Name>Backend();` in genphys/backends/<name>.h. The lowest RANK is the
-# server's default engine. One that is TEST_ONLY is built with the tests and is in no server. INTERPOSES names functions
-# of the engine's shared library that the adapter replaces.
+# server's default engine. One that is TEST_ONLY is built with the tests and is in no server.
 function(genphys_add_backend)
-  cmake_parse_arguments(PARSE_ARGV 0 arg "TEST_ONLY" "NAME;RANK" "LIBRARIES;INTERPOSES")
+  cmake_parse_arguments(PARSE_ARGV 0 arg "TEST_ONLY" "NAME;RANK" "LIBRARIES")
   if(arg_TEST_ONLY AND NOT GENPHYS_TESTS)
     return()
   endif()
@@ -23,11 +22,6 @@ function(genphys_add_backend)
   target_include_directories(${target} PUBLIC include PRIVATE src)
   target_link_libraries(${target} PUBLIC genphys::core PRIVATE ${arg_LIBRARIES} genphys_warnings)
   genphys_precompile(${target} <Eigen/Dense> <genphys/backend.h>)
-  foreach(symbol IN LISTS arg_INTERPOSES)
-    # A static library's object is linked only if something wants it, and a program's symbol is seen by a shared
-    # library only if it is exported: both are asked for, so that the replacement never silently fails to happen.
-    target_link_options(${target} INTERFACE "LINKER:--undefined=${symbol}" "LINKER:--export-dynamic-symbol=${symbol}")
-  endforeach()
 
   get_property(ranked GLOBAL PROPERTY GENPHYS_RANKS)
   if("${ranked}" MATCHES "(^|;)${arg_RANK}:([a-z_]+)")

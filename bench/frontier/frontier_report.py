@@ -35,9 +35,9 @@ PAGE_HEAD = """# Presets
 Written by `bench/frontier/frontier_report.py` from `bench/results/frontier.json`, which
 `script/bench frontier --record` measures.
 
-A preset of the Stepper is a number of substeps; each of them solves with the engine's number of iterations (17 on ODE, of
-which this page was measured with 16, 10 on Bullet, more where few contacts hang together), and with the direct solver
-where islands are small enough for it.
+A preset of the Stepper is a number of substeps; each of them solves in 10 sweeps, more
+where few contacts hang together, and with a direct solver where islands are small enough for it. (Figures of ODE were
+measured with its own sweeps, of which there were 16, before the layer swept contacts.)
 This page is why these numbers: what other settings cost, at steps of 1/60 s, and what they are good for.
 
 * **pile**: milliseconds of processor time for a step of 1,000 boxes that lie in a pile and are kept awake.

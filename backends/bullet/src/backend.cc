@@ -11,7 +11,6 @@ namespace genphys {
 namespace bullet_backend {
 namespace {
 
-constexpr uint32_t kIterations = 10;
 constexpr uint32_t kSubstepsFast = 1;
 constexpr uint32_t kSubstepsBalanced = 2;
 constexpr uint32_t kSubstepsAccurate = 8;
@@ -59,12 +58,12 @@ Status CheckSolver() {
   PointImpulse impulse;
   const ContactPair pair;
   ContactSolver solver;
-  solver.SetIterations(kIterations);
+  solver.SetIterations(ContactSweeps::kPresetIterations);
   solver.Begin(kStepSize, ContactBuffer::kUsualPull, true);
   solver.AddBody(body);
   solver.AddPair(nullptr, &body, pair, {&point, 1}, {&impulse, 1});
   solver.Solve(false);
-  if (body.motion.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {
+  if (body.solved.linear_velocity.norm() > 1e-12 || std::abs(point.normal_impulse - kMass * kSpeed) > 1e-12) {
     return absl::InternalError("the solver of the Bullet that is linked is not the one its headers describe");
   }
   return absl::OkStatus();
@@ -77,7 +76,7 @@ class BulletBackend final : public Backend {
   StepperSettings Resolve(const StepperDesc& stepper) const override {
     return {.solver = stepper.solver,
             .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
-            .iterations = stepper.iterations.value_or(kIterations)};
+            .iterations = stepper.iterations.value_or(ContactSweeps::kPresetIterations)};
   }
 
   std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings& settings) const override {

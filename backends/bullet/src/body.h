@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "genphys/backend.h"
+#include "genphys/contact_sweeps.h"
 #include "genphys/placement.h"
 
 namespace genphys::bullet_backend {
@@ -21,22 +22,12 @@ struct PlacedGeometry {
   Placement placement;
 };
 
-/// What the solver found for a body.
-struct SolvedMotion {
-  Vector3 linear_velocity = Vector3::Zero();
-  Vector3 angular_velocity = Vector3::Zero();
-  // On top of the velocities, for this step's move alone: takes deep overlaps apart.
-  Vector3 push = Vector3::Zero();
-  Vector3 turn = Vector3::Zero();
-};
-
 /// One entity's body.
 struct Body {
   EntityRow row{};
   EntityId id;
   MotionType motion_type = MotionType::kStatic;
   bool is_active = true;
-  bool is_removed = false;    // is not in the world any more, but may be remembered
   bool is_moved = false;      // its geometries are not yet where its pose says
   uint64_t solve_stamp = 0;   // of the last solve that moved it
   uint64_t touch_stamp = 0;   // of the last solve that held it by a contact or a joint
@@ -47,7 +38,7 @@ struct Body {
   Matrix3 principal_axes = Matrix3::Identity();  // in the entity's frame, as columns
   double inertia_factor = 1;                     // for the next solve
   std::unique_ptr<btRigidBody> rigid;            // as the solver sees it; none for static bodies
-  SolvedMotion motion;
+  SweptBody solved;                              // what it made of it
   std::vector<PlacedGeometry> geometries;
 
   Body(const BodyDesc& desc, const StateArrays& state);

@@ -98,8 +98,7 @@ void TurnRound(Manifold& meeting) {
 void FindMeeting(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
                  Manifold& meeting) {
   meeting.count = 0;
-  const bool are_boxes = std::holds_alternative<Box>(a) && std::holds_alternative<Box>(b);
-  if (are_boxes || IsForNarrowPhase(a, b)) {
+  if (IsForNarrowPhase(a, b)) {
     FindContacts(a, placement_a, b, placement_b, kContactGap, meeting);
   } else if (const auto* ball_b = std::get_if<Sphere>(&b)) {
     MeetBall({a, placement_a}, *ball_b, placement_b.position, meeting);

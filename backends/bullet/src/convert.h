@@ -15,6 +15,12 @@ inline btMatrix3x3 ToMatrix(const Matrix3& m) {
 
 inline Vector3 FromBullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
+inline Matrix3 FromBullet(const btMatrix3x3& m) {
+  Matrix3 matrix;
+  for (int i = 0; i < 3; ++i) matrix.row(i) = FromBullet(m[i]);
+  return matrix;
+}
+
 inline btTransform ToTransform(const Placement& placement) {
   return btTransform(ToMatrix(placement.rotation), ToBullet(placement.position));
 }

@@ -1,10 +1,9 @@
 #include "world.h"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "contacts.h"
 
 namespace genphys::bullet_backend {
 namespace {
@@ -18,14 +17,6 @@ constexpr size_t kUnevenPointsMax = 48;
 // Where all islands shall be solved all at once, those that would take too long for it are not.
 constexpr size_t kDirectContactsMax = 100;
 constexpr size_t kDirectRowsMax = 300;
-
-// Turn by a constant angular velocity, exact however fast: Bullet's own stops at an eighth of a circle.
-Quaternion TurnBy(const Vector3& turn) {
-  const double angle = turn.norm();
-  // At smaller angles the quotient is a half to the last bit, and at zero it is undefined.
-  const double scale = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
-  return {std::cos(angle / 2), scale * turn.x(), scale * turn.y(), scale * turn.z()};
-}
 
 // Those of `contacts`, which are const or not.
 auto PointsOf(const ContactPair& pair, auto& contacts) {
@@ -46,22 +37,14 @@ void World::AddBody(const BodyDesc& desc, const StateArrays& state) {
 
 void World::RemoveBody(EntityRow row) {
   for (const PlacedGeometry& geometry : body(row).geometries) geometries_[Index(geometry.row)] = nullptr;
-  body(row).is_removed = true;
-  removed_.push_back(std::move(bodies_[Index(row)]));
-  // Looking for what is remembered of one takes as long as for many.
-  if (removed_.size() > warm_start_.size()) ForgetRemoved();
-}
-
-void World::ForgetRemoved() {
-  if (removed_.empty()) return;
-  warm_start_.ForgetRemoved();
-  removed_.clear();
+  memory_.Remove(body(row).id);
+  bodies_[Index(row)] = nullptr;
 }
 
 void World::SetActive(std::span<const EntityRow> rows, bool active) {
   for (const EntityRow row : rows) {
     body(row).is_active = active;
-    if (active) warm_start_.Wake(&body(row));
+    memory_.SetActive(body(row).id, active);
   }
 }
 
@@ -98,32 +81,38 @@ PlacedGeometry& World::geometry(GeometryRow row) {
   return geometry;
 }
 
-// The other engine may have had more points, or others: what held the pair is shared out to those that it has here.
+ContactMemory::Key World::KeyOf(const ContactPair& pair) const {
+  const PlacedGeometry &a = *geometries_[Index(pair.geometry_a)], &b = *geometries_[Index(pair.geometry_b)];
+  return {a.body->id, b.body->id, a.id, b.id};
+}
+
+ContactMemory::Motion World::MotionOf(EntityId id) const {
+  using Motion = ContactMemory::Motion;
+  const Body* const body = id.index() < bodies_.size() ? bodies_[id.index()].get() : nullptr;
+  if (body == nullptr || body->id != id) return Motion::kGone;
+  if (body->motion_type == MotionType::kStatic) return Motion::kNone;
+  return body->is_active ? Motion::kMoving : Motion::kResting;
+}
+
+// In the frame of what slides over the other its points stand still.
+const Placement& World::FrameOf(const ContactPair& pair) {
+  PlacedGeometry& b = geometry(pair.geometry_b);
+  return b.body->motion_type == MotionType::kDynamic ? b.placement : geometry(pair.geometry_a).placement;
+}
+
 void World::Recall(const ContactBuffer& solved) {
-  ForgetRemoved();
-  warm_start_.Begin();
+  memory_ = ContactMemory();
   std::vector<ContactPoint> own;
   for (const ContactPair& pair : solved.pairs) {
     if (pair.is_sensor) continue;
     own.clear();
     FindPoints(pair.geometry_a, pair.geometry_b, own);
-    if (own.empty()) continue;
-    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, pair.interval, own);
-    const std::span<PointImpulse> impulses(warm_start_.pairs().back().impulses);
-    for (const ContactPoint& point : std::span(solved.points).subspan(pair.first_point, pair.point_count)) {
-      const auto distance = [&](const ContactPoint& p) { return (p.position - point.position).squaredNorm(); };
-      const auto nearest = std::min_element(own.begin(), own.end(),
-                                            [&](const auto& x, const auto& y) { return distance(x) < distance(y); });
-      PointImpulse& impulse = impulses[static_cast<size_t>(nearest - own.begin())];
-      impulse.normal += point.normal_impulse;
-      impulse.friction += point.friction_impulse;
-    }
+    memory_.AddSolved(KeyOf(pair), FrameOf(pair), pair.interval, own, PointsOf(pair, solved));
   }
 }
 
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
-  ForgetRemoved();
   RecogniseContacts(contacts);
   ++solve_stamp_;
   for (const EntityRow row : rows) body(row).solve_stamp = solve_stamp_;
@@ -138,17 +127,16 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
 
 void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
-  WarmStart kept = std::exchange(warm_start_, WarmStart());
+  ContactMemory kept = std::exchange(memory_, ContactMemory());
   Solve(step_size, rows, state, contacts, joint_rows);
-  warm_start_ = std::move(kept);
+  memory_ = std::move(kept);
 }
 
-void World::RecogniseContacts(ContactBuffer& contacts) {
-  warm_start_.Begin();
+void World::RecogniseContacts(const ContactBuffer& contacts) {
+  memory_.Begin([&](EntityId id) { return MotionOf(id); });
   for (const ContactPair& pair : contacts.pairs) {
-    warm_start_.Add({&geometry(pair.geometry_a), &geometry(pair.geometry_b)}, pair.interval, PointsOf(pair, contacts));
+    memory_.Add(KeyOf(pair), FrameOf(pair), pair.interval, PointsOf(pair, contacts));
   }
-  warm_start_.End();
 }
 
 bool World::IsDirect(uint32_t number, const ContactBuffer& contacts) {
@@ -173,7 +161,7 @@ void World::SolveIsland(uint32_t number, double step_size, const StateArrays& st
                         std::span<JointRow> joint_rows) {
   const Islands::Island& island = islands_.islands()[number];
   ++island_stamp_;
-  solver_.Begin(step_size, contacts.pull, island.contacts <= ContactSolver::kFewPoints && island.joint_rows == 0);
+  solver_.Begin(step_size, contacts.pull, island.contacts <= ContactSweeps::kFewPoints && island.joint_rows == 0);
   LoadContacts(number, state, contacts);
   LoadRows(number, state, joint_rows);
   solver_.Solve(IsDirect(number, contacts));
@@ -197,7 +185,7 @@ void World::LoadContacts(uint32_t number, const StateArrays& state, ContactBuffe
     const ContactPair& pair = contacts.pairs[i];
     Body* const side_a = Load(body(pair.entity_a), state);
     Body* const side_b = Load(body(pair.entity_b), state);
-    PerPoint<PointImpulse>& impulses = warm_start_.pairs()[i].impulses;
+    ContactMemory::PerPoint<PointImpulse>& impulses = memory_.pairs()[i].impulses;
     solver_.AddPair(side_a, side_b, pair, PointsOf(pair, contacts), {impulses.data(), impulses.size()});
   }
 }
@@ -215,23 +203,15 @@ void World::LoadRows(uint32_t number, const StateArrays& state, std::span<JointR
 void World::Move(Body& body, double step_size, StateArrays& state) {
   const auto row = Index(body.row);
   if (body.touch_stamp != solve_stamp_) {
-    body.motion = {.linear_velocity = state.linear_velocities.col(row),
+    body.solved = {.linear_velocity = state.linear_velocities.col(row),
                    .angular_velocity = state.angular_velocities.col(row)};
   }
-  const SolvedMotion& motion = body.motion;
-  const Quaternion before = body.pose.orientation;
-  const Vector3 turn = step_size * motion.angular_velocity, extra_turn = step_size * motion.turn;
-  if (!turn.isZero(0)) body.pose.orientation = (TurnBy(turn) * body.pose.orientation).normalized();
-  if (!extra_turn.isZero(0)) body.pose.orientation = (TurnBy(extra_turn) * body.pose.orientation).normalized();
-  body.pose.position += step_size * (motion.linear_velocity + motion.push);
-  if (!body.center_of_mass.isZero(0)) {
-    body.pose.position += before * body.center_of_mass - body.pose.orientation * body.center_of_mass;
-  }
+  body.pose = MovedBy(body.solved, step_size, body.center_of_mass, body.pose);
   if (!body.pose.position.allFinite() || !body.pose.orientation.coeffs().allFinite()) {
     throw EngineFault(absl::StrCat("the motion of entity ", body.id.packed(), " is not finite"));
   }
-  state.linear_velocities.col(row) = motion.linear_velocity;
-  state.angular_velocities.col(row) = motion.angular_velocity;
+  state.linear_velocities.col(row) = body.solved.linear_velocity;
+  state.angular_velocities.col(row) = body.solved.angular_velocity;
   state.set_pose(body.row, body.pose);
   body.is_moved = true;
 }

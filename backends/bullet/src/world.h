@@ -6,9 +6,9 @@
 #include "body.h"
 #include "contact_solver.h"
 #include "genphys/backend.h"
+#include "genphys/contact_memory.h"
 #include "genphys/islands.h"
 #include "genphys/push_spread.h"
-#include "warm_start.h"
 
 namespace genphys::bullet_backend {
 
@@ -34,13 +34,15 @@ class World final : public BackendWorld {
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved) override;
-  void SaveState(std::string& bytes) const override { warm_start_.Save(bytes); }
+  void SaveState(std::string& bytes) const override { memory_.Save(bytes); }
 
  private:
   Body& body(EntityRow row) { return *bodies_[Index(row)]; }
   PlacedGeometry& geometry(GeometryRow row);
-  void ForgetRemoved();
-  void RecogniseContacts(ContactBuffer& contacts);
+  ContactMemory::Key KeyOf(const ContactPair& pair) const;
+  ContactMemory::Motion MotionOf(EntityId id) const;
+  const Placement& FrameOf(const ContactPair& pair);
+  void RecogniseContacts(const ContactBuffer& contacts);
   Body* Load(Body& body, const StateArrays& state);
   bool IsDirect(uint32_t number, const ContactBuffer& contacts);
   void SolveIsland(uint32_t number, double step_size, const StateArrays& state, ContactBuffer& contacts,
@@ -49,11 +51,10 @@ class World final : public BackendWorld {
   void LoadRows(uint32_t number, const StateArrays& state, std::span<JointRow> joint_rows);
   void Move(Body& body, double step_size, StateArrays& state);
 
-  std::vector<std::unique_ptr<Body>> bodies_;   // by entity row
-  std::vector<PlacedGeometry*> geometries_;     // by geometry row
-  std::vector<std::unique_ptr<Body>> removed_;  // that warm_start_ may still know of
+  std::vector<std::unique_ptr<Body>> bodies_;  // by entity row
+  std::vector<PlacedGeometry*> geometries_;    // by geometry row
   ContactSolver solver_;
-  WarmStart warm_start_;  // its pairs are those of the last Solve()
+  ContactMemory memory_;  // its pairs are those of the last Solve()
   uint64_t solve_stamp_ = 0;
   uint64_t island_stamp_ = 0;
   StepperSettings settings_;

@@ -57,23 +57,6 @@ void SetFriction(const ContactConstraint& contact, const Vector3& slip, double f
   }
 }
 
-// One axis a point is a third less to sweep. Points of what slips, or is about to, all brake it along its slip. Of what
-// rests they hold along two axes in turns, each for its neighbour too.
-void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to) {
-  to.surface.mode |= dContactFDir1 | dContactAxisDep;
-  to.surface.mu = contact.friction;
-  to.surface.mu2 = 0;
-  const double speed = slip.norm();
-  if (speed > std::max(kSlipGate, kHeldPart * kGravity * contact.friction) * step_size) {
-    ToOde(slip / speed, to.fdir1);
-    return;
-  }
-  dVector3 first, second;
-  dPlaneSpace(to.geom.normal, first, second);
-  ToOde(FromOde(*contact.shared_axis == 0 ? second : first), to.fdir1);
-  to.surface.mu *= 2;
-}
-
 // Resistance to rolling is bounded along the same two axes. Where nothing slides the first follows the rolling.
 void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to) {
   if (contact.rolling_friction == 0 || (to.surface.mode & dContactFDir1) != 0) return;
@@ -82,12 +65,6 @@ void TurnToRolling(const ContactConstraint& contact, double step_size, dContact&
   if (spin <= kRollGate * step_size) return;
   to.surface.mode |= dContactFDir1;
   ToOde(along / spin, to.fdir1);
-}
-
-double PartingSpeed(double depth, const dContact& contact, double step_size) {
-  if (depth < 0) return kErrorReduction * depth / step_size;
-  const double part = (contact.surface.mode & dContactSoftERP) != 0 ? contact.surface.soft_erp : kErrorReduction;
-  return part * std::max(contact.geom.depth - kSurfaceLayer, 0.0) / step_size;
 }
 
 // No more of an overlap is told than may be taken away in one step.

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "contact_solver.h"
+#include "exact_solver.h"
 
 namespace genphys::ode_backend {
 
@@ -25,14 +25,8 @@ Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass);
 /// Friction against `slip`, which is `fast` (m/s) where friction does not stop it soon.
 void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to);
 
-/// The same with one axis a point, for contacts that share an axis.
-void ShareFriction(const ContactConstraint& contact, const Vector3& slip, double step_size, dContact& to);
-
 /// Turns the axes of friction to the rolling, where nothing slides.
 void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to);
-
-/// m/s, how fast the sides of an overlap are pushed apart, or those of a gap (`depth` < 0) let together.
-double PartingSpeed(double depth, const dContact& contact, double step_size);
 
 /// What is taken away of an overlap, and how fast.
 void SetDepth(const ContactConstraint& contact, double step_size, dContact& to);
@@ -40,7 +34,7 @@ void SetDepth(const ContactConstraint& contact, double step_size, dContact& to);
 /// How much it gives way, in all directions, 1/kg times s: see dContactSoftCFM.
 void SetSoftness(double softness, dContact& to);
 
-/// For the exact solver: asks it to part by a speed that is of no account, and another one for each `number`. Before
+/// Asks the solver to part by a speed that is of no account, and another one for each `number`. Before
 /// SetOtherVelocity().
 void Untie(size_t number, dContact& to);
 

@@ -62,10 +62,6 @@ uint32_t FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<C
   return static_cast<uint32_t>(manifold.count);
 }
 
-bool AreBoxes(const PlacedShape& a, const PlacedShape& b) {
-  return std::holds_alternative<Box>(a.shape()) && std::holds_alternative<Box>(b.shape());
-}
-
 // ODE tells one point of a drum that does not stand quite straight on a plane, however near the rest of its rim is, and
 // what lies on it then tips it over that point before there is another one.
 bool IsDrumOnPlane(const PlacedShape& a, const PlacedShape& b) {
@@ -73,24 +69,13 @@ bool IsDrumOnPlane(const PlacedShape& a, const PlacedShape& b) {
          (b.is_plane() && std::holds_alternative<Cylinder>(a.shape()));
 }
 
-bool AreFlushBoxes(const PlacedShape& a, const PlacedShape& b) {
-  const Box *box_a = std::get_if<Box>(&a.shape()), *box_b = std::get_if<Box>(&b.shape());
-  return box_a != nullptr && box_b != nullptr && LieFlush(*box_a, a.placement(), *box_b, b.placement());
-}
-
 }  // namespace
 
 uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
   if (IsForNarrowPhase(a.shape(), b.shape()) || IsDrumOnPlane(a, b)) return FindOurPoints(a, b, points);
-  if (AreFlushBoxes(a, b)) return 0;
   Found found;
   // ODE's normals point into the first geometry.
   const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));
-  // For some turns of boxes of which one lies flat on the other, and neither along the axes of the world, ODE takes
-  // what rounding makes of edges that are parallel for a direction in which they are apart. (All contacts of boxes
-  // could be ours: a pile of 1,000 has 12,500 points then, not 9,700, for faces that are not quite parallel often meet
-  // in one point here, and costs 1.7 times as much.)
-  if (count == 0 && AreBoxes(a, b)) return FindOurPoints(a, b, points);
   const int kept = KeepFew(found, count);
   for (int i = 0; i < kept; ++i) {
     const dContactGeom& contact = found[i];

@@ -53,6 +53,7 @@ void GeomDeleter::operator()(dxGeom* geom) const { dGeomDestroy(geom); }
 
 PlacedShape::PlacedShape(EntityRow entity, const Geometry& geometry)
     : entity_(entity),
+      id_(geometry.id),
       shape_(geometry.shape),
       position_in_entity_(geometry.pose_in_entity.position),
       rotation_in_entity_(geometry.pose_in_entity.orientation.toRotationMatrix()),

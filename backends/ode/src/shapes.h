@@ -26,6 +26,8 @@ class PlacedShape {
   void Place(const Vector3& position, const Quaternion& orientation);
 
   EntityRow entity() const { return entity_; }
+  /// Unique in the entity.
+  uint32_t id() const { return id_; }
   const Shape& shape() const { return shape_; }
   /// Null for what ODE does not collide: the shapes of the narrow phase.
   dxGeom* geom() const { return geom_.get(); }
@@ -44,6 +46,7 @@ class PlacedShape {
 
  private:
   EntityRow entity_{};
+  uint32_t id_ = 0;
   Shape shape_;
   Vector3 position_in_entity_ = Vector3::Zero();
   Matrix3 rotation_in_entity_ = Matrix3::Identity();

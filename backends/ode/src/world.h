@@ -1,27 +1,25 @@
 #pragma once
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
-#include <tuple>
-#include <utility>
 #include <vector>
 
-#include "contact_solver.h"
+#include "exact_solver.h"
 #include "genphys/backend.h"
+#include "genphys/contact_memory.h"
+#include "genphys/contact_sweeps.h"
 #include "genphys/islands.h"
 #include "genphys/push_spread.h"
-#include "genphys/resting_pairs.h"
 #include "shapes.h"
-#include "warm_start.h"
 
 namespace genphys::ode_backend {
 
-/// A world on ODE. The library's collision pairs and solver are used, and none of its spaces: what it gives depends on
-/// the columns and the active set alone, not on how these came about.
+/// A world on ODE. The library's collision pairs and exact solver are used, and none of its spaces: what it gives
+/// depends on the columns, the active set and the saved impulses alone, not on how these came about. Islands that are
+/// not for the exact solver are left to the sweeps of the layer.
 class World final : public BackendWorld {
  public:
-  explicit World(const StepperSettings& settings) : settings_(settings) {}
+  explicit World(const StepperSettings& settings) { SetStepper(settings); }
 
   void AddBody(const BodyDesc& desc, const StateArrays& state) override;
   void RemoveBody(EntityRow row) override;
@@ -41,20 +39,19 @@ class World final : public BackendWorld {
   static constexpr uint32_t kUnsolved = ContactConstraint::kImmovable;
 
   struct Body {
-    EntityId id;          // null: none in this row
-    uint64_t serial = 0;  // of the call that added it
+    EntityId id;  // null: none in this row
     MotionType motion_type = MotionType::kStatic;
     bool is_active = false;
     bool is_moved = false;  // its geometries are not yet where its pose says
     Pose pose;
     bool is_centered = true;         // the centre of mass is the origin of the entity's frame
-    uint32_t solved_as = kUnsolved;  // place in the solver, during a solve
+    uint32_t solved_as = kUnsolved;  // place in the solver or number in the sweeps, during a solve
     MassProperties mass;
     double inertia_factor = 1;  // by which it is harder to turn in the next solve
     std::vector<GeometryRow> geometries;
   };
 
-  // A contact's side as the solver needs it.
+  // A contact's side as the exact solver needs it.
   struct Side {
     uint32_t solved_as = kUnsolved;
     Vector3 center = Vector3::Zero();            // of mass, world
@@ -67,79 +64,67 @@ class World final : public BackendWorld {
     }
   };
 
-  // All at once; by sweeps from what held it at the last solve, a few that are enough for what rests, or more; by
-  // sweeps from nothing.
-  enum class Way { kDirect, kBrief, kWarm, kCold };
-
-  // What the last solve tells of an island.
-  struct Known {
-    bool is_whole = true;      // every pair was there
-    bool is_all_given = true;  // to each of its points
-  };
-
-  // How an island is solved, until that does.
-  struct Attempt {
-    uint32_t island = 0;
-    Way way = Way::kCold;
-    double softness = 1;  // see ContactConstraint
+  // What friction did in the last solve where two bodies lie on each other, in the mean of their points.
+  struct Held {
+    Vector3 braked = Vector3::Zero();  // N*s on b; nothing where it was far less than it could have been
+    double grip = 0;                   // N*s, the most that it could have been
   };
 
   static void Move(Body& body, const Pose& pose);
-  static bool StartsFromGiven(Way way) { return way == Way::kBrief || way == Way::kWarm; }
   void PlaceMoved(GeometryRow row);
+  bool IsBody(EntityRow row) const { return Index(row) < bodies_.size() && !bodies_[Index(row)].id.is_null(); }
   Motion MotionOf(EntityRow row, const StateArrays& state) const;
-  void SolveIslands(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
-                    std::span<JointRow> joint_rows);
-  void TrimSolvers();
-  std::optional<ContactSolver>& SolverOf(uint32_t island);
-  Attempt FirstAttempt(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
-                       std::span<const JointRow> joint_rows) const;
-  bool IsDirectWanted(const Islands::Island& island) const;
-  bool MayBeWarm(uint32_t island) const;
-  std::optional<Way> SolveIsland(const Attempt& attempt, double step_size, StateArrays& state, ContactBuffer& contacts,
-                                 std::span<JointRow> joint_rows);
-  const Body* BodyOf(GeometryRow geometry, uint64_t serial) const;
-  void BringBack();
+  void CheckFinite(EntityRow row, const StateArrays& state) const;
+  void StorePose(EntityRow row, const Pose& pose, StateArrays& state);
+
+  // What is remembered of the last solve.
+  ContactMemory::Key KeyOf(const ContactPair& pair) const;
+  ContactMemory::Motion MemoryMotionOf(EntityId id) const;
+  Placement FrameOf(const ContactPair& pair);
   void Recognise(const ContactBuffer& contacts);
-  bool RecognisePair(const ContactPair& pair, const ContactBuffer& contacts);
-  bool StepDirectly(uint32_t island);
-  std::optional<Way> WayAfter(const Attempt& attempt, const ContactBuffer& contacts);
+
+  // In sweeps.
+  void Sweep(uint32_t island, double step_size, StateArrays& state, ContactBuffer& contacts,
+             std::span<JointRow> joint_rows);
+  SweptBody Swept(EntityRow row, const StateArrays& state) const;
+  uint32_t NumberOf(EntityRow row, const StateArrays& state);
+
+  // All at once. See world_exact.cc.
+  bool IsExact(uint32_t island, const StateArrays& state, const ContactBuffer& contacts,
+               std::span<const JointRow> joint_rows, double& softness) const;
+  bool SolveExactly(uint32_t island, double softness, double step_size, StateArrays& state, ContactBuffer& contacts,
+                    std::span<JointRow> joint_rows);
+  bool StepExactly(uint32_t island);
   void LoadBodies(uint32_t island, const StateArrays& state);
   void LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows);
-  void LoadContacts(const Attempt& attempt, const StateArrays& state, const ContactBuffer& contacts);
-  void LoadContact(const Attempt& attempt, const ContactPair& pair, uint32_t point, const Side& a, const Side& b,
-                   const ContactBuffer& contacts, double held_depth);
+  void LoadContacts(uint32_t island, double softness, const StateArrays& state, const ContactBuffer& contacts);
+  void LoadContact(const ContactPair& pair, const ContactPoint& point, const Side& pushed, const Side& other,
+                   double sign, ContactConstraint contact);
   Side SideOf(EntityRow row, const StateArrays& state) const;
-  void StoreImpulses(uint32_t island, ContactBuffer& contacts);
+  void FindHeld(uint32_t island, const ContactBuffer& contacts);
+  void StoreImpulses(ContactBuffer& contacts);
   void StoreBodies(uint32_t island, StateArrays& state);
-  void Fly(EntityRow row, double step_size, StateArrays& state);
-  void StorePose(EntityRow row, const Vector3& center_of_mass, const Quaternion& orientation, StateArrays& state);
 
   std::vector<Body> bodies_;         // by entity row
   std::vector<PlacedShape> shapes_;  // by geometry row
-  uint64_t last_serial_ = 0;
   StepperSettings settings_;
-  // Of islands of few bodies and of many, each made when it is first needed: a call of ODE costs by all the bodies that
-  // its world ever had at a time.
-  std::optional<ContactSolver> small_solver_;
-  std::optional<ContactSolver> large_solver_;
-  WarmStart warm_start_;
-  RestingPairs<WarmStart::Kept, uint64_t> resting_;  // by serials
-  std::vector<uint64_t> woken_;                      // since the last solve
-  bool has_slept_ = false;                           // somebody fell asleep since
-  // The exact solver gave up in the middle of a solve. It is not asked again, for each time it leaves memory behind.
-  bool has_failed_directly_ = false;
+  ContactMemory memory_;  // its pairs are those of the last Solve()
+  ContactSweeps sweeps_;
+  std::optional<ExactSolver> exact_;  // made when it is first needed
+  // It gave up in the middle of a solve. It is not asked again, for each time it leaves memory behind.
+  bool has_failed_exactly_ = false;
 
   struct Solved {
-    uint32_t point = 0;  // in the contact buffer
+    uint32_t pair = 0;   // in the contact buffer
+    uint32_t point = 0;  // of it
     double sign = 1;     // -1 where the solver pushed a instead of b
   };
   // Kept between calls for their memory only.
   Islands islands_;
-  std::vector<Known> known_;                   // by island
-  std::vector<EntityRow> scaled_;              // who is harder to turn
-  std::vector<Solved> solved_;                 // of the island that is being solved
-  std::vector<WarmStart::Recalled> recalled_;  // by contact point
+  std::vector<EntityRow> scaled_;  // who is harder to turn
+  std::vector<EntityRow> driven_;  // of the island that is being swept, who moves by itself
+  std::vector<Solved> solved_;     // of the island that is being solved all at once
+  std::vector<Held> held_;         // of its pairs
 };
 
 }  // namespace genphys::ode_backend

@@ -39,8 +39,10 @@ FewPoints ChooseFew(std::span<const MeetingPoint> points);
 
 /// Whether this pair belongs to FindContacts(). Engines have cones, ellipsoids, hulls, meshes and heightfields in part,
 /// with margins, in single precision or not at all, and where a capsule or a cylinder meets something with edges they
-/// give one point where there are more, or a normal that is off. Balls, boxes and planes among each other
-/// they do well, but for boxes that ODE takes to be apart: its adapter asks once more.
+/// give one point where there are more, or a normal that is off. Of two boxes Bullet knows one point for sure, and ODE
+/// takes some that lie flat on each other to be apart, and others to meet now here, now there along an edge: with its
+/// points 1,000 boxes in a pile overlap by 0.03 mm in the mean, with these by less than 0.001, and take 1.5 times as
+/// long. Balls, and boxes on planes, they do well.
 bool IsForNarrowPhase(const Shape& a, const Shape& b);
 
 /// Where `a` and `b` meet at these placements; points with a gap of more than `gap` (m) are left out. A function of its
@@ -49,9 +51,5 @@ bool IsForNarrowPhase(const Shape& a, const Shape& b);
 /// included: what lies flat shall not turn with the last bit. Two planes never meet.
 void FindContacts(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
                   double gap, Manifold& manifold);
-
-/// Whether two boxes just touch in faces that are parallel, and at most touch across that, too, as the next tile of a
-/// floor and what slides over that do: FindContacts() gives no point of them.
-bool LieFlush(const Box& a, const Placement& placement_a, const Box& b, const Placement& placement_b);
 
 }  // namespace genphys

@@ -260,8 +260,4 @@ bool AddBoxPoints(const Box& a, const Placement& placement_a, const Box& b, cons
                              : !points.is_empty();
 }
 
-bool LieFlush(const Box& a, const Placement& placement_a, const Box& b, const Placement& placement_b) {
-  return LieFlush(PlacedBoxes{a, placement_a, b, placement_b}.SeenFromA());
-}
-
 }  // namespace genphys

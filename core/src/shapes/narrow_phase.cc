@@ -138,7 +138,8 @@ bool IsSmooth(const Shape& shape) {
 }  // namespace
 
 bool IsForNarrowPhase(const Shape& a, const Shape& b) {
-  if (IsOurs(a) || IsOurs(b)) return true;
+  const bool are_boxes = std::holds_alternative<Box>(a) && std::holds_alternative<Box>(b);
+  if (IsOurs(a) || IsOurs(b) || are_boxes) return true;
   return IsRound(a) ? !IsSmooth(b) : IsRound(b) && !IsSmooth(a);
 }
 

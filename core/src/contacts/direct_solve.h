@@ -4,14 +4,13 @@
 #include <utility>
 #include <vector>
 
-#include "contact_rows.h"
+#include "contacts/solver_rows.h"
 
-namespace genphys::bullet_backend {
+namespace genphys {
 
 /// Rows, solved all at once: those without bounds by elimination, and what they leave of
 /// the others by sweeps that find out which are at their bounds, in turns with the elimination of those which are not
-/// (Silcowitz, Niebe, Erleben: Projected Gauss-Seidel subspace minimization method, 2010). Bullet's own direct solvers
-/// share a flag between all threads, so that a world could end the solve of another.
+/// (Silcowitz, Niebe, Erleben: Projected Gauss-Seidel subspace minimization method, 2010).
 class DirectSolve {
  public:
   static constexpr int kFree = -1;
@@ -34,7 +33,7 @@ class DirectSolve {
 
  private:
   struct Part {
-    int body;
+    uint32_t body;
     Eigen::Vector4d linear, angular;            // of the row's Jacobian
     Eigen::Vector4d linear_gain, angular_gain;  // velocity per impulse
   };
@@ -64,4 +63,4 @@ class DirectSolve {
   bool gives_way_ = false;
 };
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

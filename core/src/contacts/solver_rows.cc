@@ -1,53 +1,43 @@
-#include "contact_rows.h"
-
-#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include "contacts/solver_rows.h"
 
 #include <algorithm>
 #include <limits>
 
-namespace genphys::bullet_backend {
+namespace genphys {
 namespace {
 
-btVector3 CenterOf(const btSolverBody& body) { return body.m_worldTransform.getOrigin(); }
-
-Eigen::Vector4d Padded(const btVector3& v) { return {v.x(), v.y(), v.z(), 0}; }
+Eigen::Vector4d PaddedOf(const Vector3& v) { return {v.x(), v.y(), v.z(), 0}; }
 
 // Fills in a Jacobian and what follows from it. Returns the rate before the solve.
-double FillJacobian(const btVector3& push, const btVector3& turn_a, const btVector3& turn_b, const btSolverBody& a,
-                    const btSolverBody& b, SolverRow& to) {
-  const btVector3 gain_a = Turned(a, turn_a), gain_b = Turned(b, turn_b);
-  to.push = Padded(push);
-  to.turn_a = Padded(turn_a);
-  to.turn_b = Padded(turn_b);
-  to.gain_a = Padded(gain_a);
-  to.gain_b = Padded(gain_b);
-  to.mobility = push.dot(push) * (a.internalGetInvMass().x() + b.internalGetInvMass().x()) + turn_a.dot(gain_a) +
-                turn_b.dot(gain_b);
-  return push.dot(a.m_linearVelocity - b.m_linearVelocity) + turn_a.dot(a.m_angularVelocity) +
-         turn_b.dot(b.m_angularVelocity);
+double FillJacobian(const Vector3& push, const Vector3& turn_a, const Vector3& turn_b, const SweptBody& a,
+                    const SweptBody& b, SolverRow& to) {
+  const Vector3 gain_a = a.inverse_tensor * turn_a, gain_b = b.inverse_tensor * turn_b;
+  to.push = PaddedOf(push);
+  to.turn_a = PaddedOf(turn_a);
+  to.turn_b = PaddedOf(turn_b);
+  to.gain_a = PaddedOf(gain_a);
+  to.gain_b = PaddedOf(gain_b);
+  to.mobility = push.dot(push) * (a.inverse_mass + b.inverse_mass) + turn_a.dot(gain_a) + turn_b.dot(gain_b);
+  return push.dot(a.linear_velocity - b.linear_velocity) + turn_a.dot(a.angular_velocity) +
+         turn_b.dot(b.angular_velocity);
 }
 
 }  // namespace
 
-btVector3 Turned(const btSolverBody& body, const btVector3& impulse) {
-  return body.m_originalBody != nullptr ? body.m_originalBody->getInvInertiaTensorWorld() * impulse
-                                        : btVector3(0, 0, 0);
-}
-
-void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, BoundedRow& to) {
-  const btVector3 axis = ToBullet(row.axis), none(0, 0, 0);
+void FillJointRow(const JointRow& row, const SweptBody& a, const SweptBody& b, BoundedRow& to) {
+  const Vector3 axis = row.axis, none = Vector3::Zero();
   double rate = 0;
   switch (row.kind) {
     case JointRow::Kind::kLinear: {
-      const btVector3 point = ToBullet(row.point);
-      rate = FillJacobian(-axis, axis.cross(point - CenterOf(a)), (point - CenterOf(b)).cross(axis), a, b, to);
+      const Vector3& point = row.point;
+      rate = FillJacobian(-axis, axis.cross(point - a.center), (point - b.center).cross(axis), a, b, to);
       break;
     }
     case JointRow::Kind::kAngular:
       rate = FillJacobian(none, -axis, axis, a, b, to);
       break;
     case JointRow::Kind::kGeared:
-      rate = FillJacobian(none, axis, ToBullet(row.axis_b), a, b, to);
+      rate = FillJacobian(none, axis, row.axis_b, a, b, to);
       break;
   }
   to.softness = row.softness;
@@ -57,9 +47,8 @@ void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody
   to.upper = row.upper;
 }
 
-double FillPush(const btVector3& axis, const btVector3& place, const btSolverBody& a, const btSolverBody& b,
-                SolverRow& to) {
-  const double rate = FillJacobian(axis, (place - CenterOf(a)).cross(axis), axis.cross(place - CenterOf(b)), a, b, to);
+double FillPush(const Vector3& axis, const Vector3& place, const SweptBody& a, const SweptBody& b, SolverRow& to) {
+  const double rate = FillJacobian(axis, (place - a.center).cross(axis), axis.cross(place - b.center), a, b, to);
   to.inverse = 1 / to.mobility;
   to.wanted = 0;
   return rate;
@@ -78,14 +67,19 @@ double FillContact(double depth, double rate, const ErrorCorrection& correction,
   return left * part / step_size * to.inverse;
 }
 
-void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& first, btVector3& second) {
-  const btVector3 along = slip - normal * normal.dot(slip);
-  if (along.length2() > SIMD_EPSILON) {
-    first = along.normalized();
-    second = first.cross(normal);
+void FindTangents(const Vector3& normal, const Vector3& slip, Vector3& first, Vector3& second) {
+  // m/s: slower slip has no direction.
+  constexpr double kNoSlip = 1.5e-8;
+  const Vector3 along = slip - normal * normal.dot(slip);
+  const double speed = along.norm();
+  if (speed > kNoSlip) {
+    first = along / speed;
+  } else if (std::abs(normal.z()) > std::sqrt(0.5)) {
+    first = Vector3(0, -normal.z(), normal.y()).normalized();
   } else {
-    btPlaneSpace1(normal, first, second);
+    first = Vector3(-normal.y(), normal.x(), 0).normalized();
   }
+  second = first.cross(normal);
 }
 
 // With (mobility + shift) impulse = wanted, for the least shift with which the impulse is short enough (Moré and
@@ -110,4 +104,4 @@ Eigen::Vector2d NearestInDisc(const Eigen::Matrix2d& mobility, const Eigen::Vect
   return length > most ? Eigen::Vector2d(most / length * impulse) : impulse;
 }
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

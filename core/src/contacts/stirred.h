@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "contact_rows.h"
+#include "contacts/solver_rows.h"
 
-namespace genphys::bullet_backend {
+namespace genphys {
 
 /// m/s or rad/s: what changes no more than this in a turn of a row is as good as solved. The next step goes on from
 /// there.
@@ -28,19 +28,19 @@ class Stirred {
   void BeginSweep() { ++sweep_; }
 
   /// Whether a row between these two has a turn.
-  bool IsTurnOf(int a, int b) const { return IsStirred(a) || IsStirred(b); }
+  bool IsTurnOf(uint32_t a, uint32_t b) const { return IsStirred(a) || IsStirred(b); }
 
   /// What a turn of a row between these two did to its rate.
-  void Note(int a, int b, double change) {
+  void Note(uint32_t a, uint32_t b, double change) {
     if (std::abs(change) <= settled_) return;
     // Or all that lies on the same ground would stir all else that does.
-    for (const int body : {a, b}) {
-      if (is_movable_[static_cast<size_t>(body)]) changed_in_[static_cast<size_t>(body)] = sweep_;
+    for (const uint32_t body : {a, b}) {
+      if (is_movable_[body]) changed_in_[body] = sweep_;
     }
   }
 
  private:
-  bool IsStirred(int body) const { return changed_in_[static_cast<size_t>(body)] + 1 >= sweep_; }
+  bool IsStirred(uint32_t body) const { return changed_in_[body] + 1 >= sweep_; }
 
   uint32_t sweep_ = 0;
   double settled_ = kSettled;
@@ -48,4 +48,4 @@ class Stirred {
   std::vector<uint8_t> is_movable_;   // by body
 };
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

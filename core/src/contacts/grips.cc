@@ -1,8 +1,8 @@
-#include "grips.h"
+#include "contacts/grips.h"
 
 #include <algorithm>
 
-namespace genphys::bullet_backend {
+namespace genphys {
 namespace {
 
 // The part of what friction may do from which on a pair bears a load along its surfaces.
@@ -13,9 +13,6 @@ constexpr double kLoadedOnGround = 0.02;
 constexpr double kSharedMax = 0.8;
 // Cosine between normals of one surface.
 constexpr double kSameSurface = 0.999;
-
-// What contacts cannot move.
-bool IsGround(const Body* body) { return body == nullptr || body->motion_type != MotionType::kDynamic; }
 
 bool AreOnALine(std::span<const Vector3> places) {
   // Of the length: more than rounding leaves of a line that a mesh cuts in pieces, and less than any box is wide.
@@ -31,7 +28,7 @@ bool AreOnALine(std::span<const Vector3> places) {
 
 }  // namespace
 
-void Grips::Find(std::span<const AddedPair> pairs, bool all_at_once, bool are_few) {
+void Grips::Find(std::span<const AddedPair> pairs, std::span<const SweptBody> bodies, bool all_at_once, bool are_few) {
   groups_.clear();
   members_.clear();
   grips_.clear();
@@ -42,7 +39,7 @@ void Grips::Find(std::span<const AddedPair> pairs, bool all_at_once, bool are_fe
     Grip& grip = grips_.emplace_back();
     const double held = group.braked.norm();
     grip.is_on_a_line = IsOnALine(pairs, group);
-    grip.is_on_ground = are_few && !grip.is_on_a_line && (IsGround(any.a) || IsGround(any.b));
+    grip.is_on_ground = are_few && !grip.is_on_a_line && !(bodies[any.a].is_dynamic && bodies[any.b].is_dynamic);
     grip.bears = held > (grip.is_on_ground ? kLoadedOnGround : kLoaded) * (group.most[0] + group.most[1]);
     // Where one half presses in another place than the other, nothing may hold what turns. Few points need not save
     // rows.
@@ -73,8 +70,8 @@ Grip Grips::Of(size_t pair) const {
 void Grips::Add(const AddedPair& pair, bool is_of_few) {
   const size_t number = members_.size();
   // Of what cannot be moved it does not matter which it is.
-  const double sign = pair.b == nullptr ? -1 : 1;
-  const Sides sides = pair.b == nullptr ? Sides(pair.b, pair.a) : Sides(pair.a, pair.b);
+  const double sign = pair.b == ContactSweeps::kFixed ? -1 : 1;
+  const Sides sides = pair.b == ContactSweeps::kFixed ? Sides(pair.b, pair.a) : Sides(pair.a, pair.b);
   const Vector3 normal = pair.points.empty() ? Vector3(Vector3::Zero()) : Vector3(sign * pair.points[0].normal);
   const size_t place = GroupOf(pair, sides, normal, is_of_few);
   Group& group = groups_[place];
@@ -117,4 +114,4 @@ bool Grips::IsOnALine(std::span<const AddedPair> pairs, const Group& group) {
   return AreOnALine(places_);
 }
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

@@ -1,10 +1,10 @@
-#include "direct_solve.h"
+#include "contacts/direct_solve.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-namespace genphys::bullet_backend {
+namespace genphys {
 namespace {
 
 constexpr int kSweepsPerRound = 20;
@@ -27,8 +27,8 @@ void DirectSolve::Add(const SolverRow& row, double wanted, const Bounds& bounds,
   added.impulse = &impulse;
   added.bounds = bounds;
   added.wanted = wanted / row.inverse;
-  added.a = {row.a, row.push, row.turn_a, row.push * changes_[static_cast<size_t>(row.a)].inverse_mass, row.gain_a};
-  added.b = {row.b, -row.push, row.turn_b, -row.push * changes_[static_cast<size_t>(row.b)].inverse_mass, row.gain_b};
+  added.a = {row.a, row.push, row.turn_a, row.push * changes_[row.a].inverse_mass, row.gain_a};
+  added.b = {row.b, -row.push, row.turn_b, -row.push * changes_[row.b].inverse_mass, row.gain_b};
   added.slack = slack * (Dot(added.a, added.a) + Dot(added.b, added.b));
   added.softness = softness + added.slack;
   rows_.push_back(added);
@@ -131,7 +131,7 @@ void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& 
     const double change = impulse - *row.impulse;
     *row.impulse = impulse;
     for (const Part* part : {&row.a, &row.b}) {
-      MotionChange& body = changes_[static_cast<size_t>(part->body)];
+      MotionChange& body = changes_[part->body];
       body.linear += change * part->linear_gain;
       body.angular += change * part->angular_gain;
     }
@@ -171,4 +171,4 @@ bool DirectSolve::Run() {
   return true;
 }
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

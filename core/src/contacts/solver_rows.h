@@ -1,25 +1,21 @@
 #pragma once
-#include <BulletDynamics/ConstraintSolver/btSolverBody.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
-#include "convert.h"
+#include "genphys/contact_sweeps.h"
 #include "genphys/error_correction.h"
 #include "genphys/joint_row.h"
 
-namespace genphys::bullet_backend {
+namespace genphys {
 
 /// Part of an overlap that one step takes away. It is taken away by moving the bodies apart, never by a velocity, so
 /// that it costs no accuracy to be quick.
 inline constexpr double kOverlapTakenPerStep = 0.4;
 
-// Rows between bodies of Bullet's solver, written from what the layer says of contacts and joints. Bullet's own way
-// there leads through manifolds, which are a cache of points and ten times as large as what is to be said of one, and
-// its bodies are so large that those of a pile do not stay in the nearest cache.
+// Rows between two bodies of a solve, written from what the layer says of contacts and joints.
 
-/// What rows have changed of the velocities of a body, of one of the two kinds that the solver keeps. Fourth components
+/// What rows have changed of the velocities of a body, of one of the two kinds that sweeps keep. Fourth components
 /// are zero: processors calculate with pairs of numbers.
 struct MotionChange {
   Eigen::Vector4d linear = Eigen::Vector4d::Zero();   // m/s
@@ -42,8 +38,8 @@ struct SolverRow {
   double wanted = 0;    // N*s, were all else as it is
   double impulse = 0;   // N*s
   double friction = 0;  // of one that takes slip: Coulomb coefficient
-  int a = 0;            // of the solver's bodies
-  int b = 0;
+  uint32_t a = 0;       // numbers of bodies
+  uint32_t b = 0;
 };
 
 /// One of a joint, or about a line: from `lower` to `upper`.
@@ -56,28 +52,24 @@ struct BoundedRow : SolverRow {
 
 /// What takes an overlap apart by a move, which leaves the velocities as they are.
 struct ContactPush {
-  int row = 0;        // of the contact, that it goes along
+  uint32_t row = 0;   // of the contact, that it goes along
   double wanted = 0;  // as in that
   double impulse = 0;
 };
 
-/// rad/s by which an impulse of N*m*s turns a body.
-btVector3 Turned(const btSolverBody& body, const btVector3& impulse);
-
 /// Fills in all of a row of a joint but ids and impulse: rate + softness * impulse = target.
-void FillJointRow(const JointRow& row, const btSolverBody& a, const btSolverBody& b, BoundedRow& to);
+void FillJointRow(const JointRow& row, const SweptBody& a, const SweptBody& b, BoundedRow& to);
 
 /// Fills in all but ids, friction and impulse of a row that pushes `a` along `axis` (unit length) at `place`, and `b`
 /// against it, and wants nothing. Returns how fast a goes that way against b there, m/s.
-double FillPush(const btVector3& axis, const btVector3& place, const btSolverBody& a, const btSolverBody& b,
-                SolverRow& to);
+double FillPush(const Vector3& axis, const Vector3& place, const SweptBody& a, const SweptBody& b, SolverRow& to);
 
 /// What remains to be said of a row that keeps two bodies apart, which are `depth` inside each other (negative: a gap)
 /// and approach at -`rate` m/s. Returns what is wanted of a push that takes them apart; zero if none is.
 double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, SolverRow& to);
 
 /// Two directions across `normal`, the first of them along `slip` if there is any.
-void FindTangents(const btVector3& normal, const btVector3& slip, btVector3& first, btVector3& second);
+void FindTangents(const Vector3& normal, const Vector3& slip, Vector3& first, Vector3& second);
 
 /// Gives two bodies an impulse of a row.
 [[gnu::always_inline]] inline void Apply(const SolverRow& row, double impulse, MotionChange& a, MotionChange& b) {
@@ -134,4 +126,4 @@ inline double RelaxInDisc(SolverRow& first, SolverRow& second, double most, Moti
   return std::max(change, std::abs(BringTo(to.y(), second, second.impulse, a, b)));
 }
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

@@ -1,20 +1,21 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "body.h"
 #include "genphys/contact.h"
-#include "warm_start.h"
+#include "genphys/contact_memory.h"
+#include "genphys/contact_sweeps.h"
 
-namespace genphys::bullet_backend {
+namespace genphys {
 
 /// A pair of geometries whose contacts are to be solved.
 struct AddedPair {
-  Body* a;  // null is what cannot be moved
-  Body* b;
+  uint32_t a;  // numbers of bodies
+  uint32_t b;
   const ContactPair* pair;
   std::span<ContactPoint> points;
   std::span<PointImpulse> impulses;  // to start from
@@ -38,18 +39,17 @@ struct Grip {
 class Grips {
  public:
   /// `all_at_once`: so will it be solved. `are_few`: all of them have but few points.
-  void Find(std::span<const AddedPair> pairs, bool all_at_once, bool are_few);
+  void Find(std::span<const AddedPair> pairs, std::span<const SweptBody> bodies, bool all_at_once, bool are_few);
 
   Grip Of(size_t pair) const;
   /// Whether nothing else is to be solved than where two lie on each other.
   bool AreAllOne() const { return groups_.size() == 1; }
 
  private:
-  using Sides = std::pair<const Body*, const Body*>;
+  using Sides = std::pair<uint32_t, uint32_t>;
   struct HashSides {
     size_t operator()(const Sides& sides) const {
-      const std::hash<const Body*> hash;
-      return 31 * hash(sides.first) + hash(sides.second);
+      return std::hash<uint64_t>()(uint64_t{sides.first} << 32 | sides.second);
     }
   };
 
@@ -81,4 +81,4 @@ class Grips {
   std::vector<Vector3> places_;                            // scratch
 };
 
-}  // namespace genphys::bullet_backend
+}  // namespace genphys

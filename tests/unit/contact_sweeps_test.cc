@@ -1,0 +1,119 @@
+#include "genphys/contact_sweeps.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace genphys {
+namespace {
+
+constexpr double kStep = 0.01, kPull = 9.81;
+constexpr double kMass = 2;
+constexpr double kRounding = 1e-12;
+
+SweptBody BodyAt(const Vector3& velocity) {
+  return {.is_dynamic = true,
+          .inverse_mass = 1 / kMass,
+          .inverse_tensor = Matrix3::Identity(),
+          .linear_velocity = velocity};
+}
+
+// One body on the fixed floor, which it touches below its centre.
+struct OnFloor {
+  SweptBody Solve(const SweptBody& body, bool direct = false) {
+    sweeps.Begin(kStep, kPull, true);
+    const uint32_t number = sweeps.AddBody(body);
+    point.relative_velocity = body.linear_velocity;
+    sweeps.AddPair(ContactSweeps::kFixed, number, pair, {&point, 1}, {&impulse, 1});
+    sweeps.Solve(direct);
+    return sweeps.body(number);
+  }
+
+  ContactSweeps sweeps;
+  ContactPair pair;
+  ContactPoint point;
+  PointImpulse impulse;
+};
+
+TEST(ContactSweeps, StopWhatFallsOnTheFloorInSweepsAndAllAtOnce) {
+  for (const bool direct : {false, true}) {
+    OnFloor scene;
+    EXPECT_LE(scene.Solve(BodyAt({0, 0, -3}), direct).linear_velocity.norm(), direct ? 1e-6 : kRounding);
+    EXPECT_NEAR(scene.point.normal_impulse, 3 * kMass, direct ? 1e-6 : kRounding);
+    EXPECT_NEAR(scene.impulse.normal, 3 * kMass, direct ? 1e-6 : kRounding);
+  }
+}
+
+TEST(ContactSweeps, LetGoWhatLeaves) {
+  OnFloor scene;
+  scene.impulse.normal = 5;  // of a guess that was wrong
+  EXPECT_NEAR(scene.Solve(BodyAt({0, 0, 3})).linear_velocity.z(), 3, kRounding);
+  EXPECT_EQ(scene.point.normal_impulse, 0);
+}
+
+TEST(ContactSweeps, CloseAGapAndNoMore) {
+  OnFloor scene;
+  scene.point.depth = -0.001;
+  EXPECT_NEAR(scene.Solve(BodyAt({0, 0, -3})).linear_velocity.z(), -0.001 / kStep, kRounding);
+}
+
+TEST(ContactSweeps, TakeAnOverlapAwayByAMoveThatLeavesNoSpeed) {
+  OnFloor scene;
+  scene.point.depth = 0.001;
+  const SweptBody body = scene.Solve(BodyAt({0, 0, -3}));
+  EXPECT_LE(body.linear_velocity.norm(), kRounding);
+  EXPECT_GT(body.push.z() * kStep, 1e-4);
+  EXPECT_LE(body.push.z() * kStep, 0.001);
+}
+
+// The friction of a point is in a circle: its force is the same whatever way it slides.
+TEST(ContactSweeps, BrakeASlideAlikeInEveryDirection) {
+  for (const double heading : {0.0, 0.3, 0.785, 2.0}) {
+    OnFloor scene;
+    scene.point.friction = 0.5;
+    const Vector3 along(std::cos(heading), std::sin(heading), 0);
+    const SweptBody body = scene.Solve(BodyAt(4 * along - Vector3(0, 0, 0.1)));
+    EXPECT_LE((body.linear_velocity - (4 - 0.5 * 0.1) * along).norm(), kRounding) << heading;
+  }
+}
+
+TEST(ContactSweeps, MoveNothingThatIsNotDynamic) {
+  OnFloor scene;
+  SweptBody driven = BodyAt({0, 0, 1});
+  driven.is_dynamic = false;
+  driven.inverse_mass = 0;
+  driven.inverse_tensor.setZero();
+  scene.sweeps.Begin(kStep, kPull, true);
+  const uint32_t below = scene.sweeps.AddBody(driven), above = scene.sweeps.AddBody(BodyAt({0, 0, -1}));
+  scene.sweeps.AddPair(below, above, scene.pair, {&scene.point, 1}, {&scene.impulse, 1});
+  scene.sweeps.Solve(false);
+  EXPECT_EQ(scene.sweeps.body(below).linear_velocity, Vector3(0, 0, 1));
+  EXPECT_NEAR(scene.sweeps.body(above).linear_velocity.z(), 1, kRounding);
+}
+
+TEST(ContactSweeps, SolveRowsOfJointsTogetherWithContacts) {
+  OnFloor scene;
+  JointRow row{.axis = Vector3::UnitX()};
+  row.target = 0.25;
+  scene.sweeps.Begin(kStep, kPull, false);
+  const uint32_t number = scene.sweeps.AddBody(BodyAt({1, 0, -1}));
+  scene.sweeps.AddPair(ContactSweeps::kFixed, number, scene.pair, {&scene.point, 1}, {&scene.impulse, 1});
+  scene.sweeps.AddRow(ContactSweeps::kFixed, number, row);
+  scene.sweeps.Solve(false);
+  EXPECT_NEAR(scene.sweeps.body(number).linear_velocity.x(), 0.25, kRounding);
+  EXPECT_NEAR(scene.sweeps.body(number).linear_velocity.z(), 0, kRounding);
+  EXPECT_NEAR(row.impulse, -0.75 * kMass, kRounding);
+}
+
+TEST(MovedBy, TurnsAboutTheCentreOfMassHoweverFast) {
+  const Vector3 center(0.3, 0, 0);
+  SweptBody body;
+  body.angular_velocity = Vector3(0, 0, 3 / kStep);
+  const Pose moved = MovedBy(body, kStep, center, Pose{});
+  EXPECT_LE((moved.Transform(center) - center).norm(), kRounding);
+  EXPECT_NEAR(Eigen::AngleAxisd(moved.orientation).angle(), 3, kRounding);
+}
+
+}  // namespace
+}  // namespace genphys
