@@ -89,8 +89,7 @@ TEST_P(Heaps, ArePulledAlongByTheTopmostFromTheFirstStepOn) {
       Do(*world, ApplyForce{.id = tower.back(), .force = force * along, .steps = static_cast<uint32_t>(rate)});
       Steps(*world, static_cast<int>(kSeconds * rate));
       const double acceleration = (kPull - 1) * kFriction * kGravity, way = acceleration * kSeconds * kSeconds / 2;
-      // In a first solve nothing tells ODE where the lower one will slip, and across that it holds by more: it may
-      // begin half a substep late.
+      // In a first solve nothing tells where the lower one will slip: it may begin half a substep late.
       const double tolerance = 1.01 * acceleration * SubstepOf(*world) / 2 * kSeconds;
       for (size_t i = 0; i < tower.size(); ++i) {
         const Vector3 place(0, 0, 0.1 * static_cast<double>(i) + 0.05);

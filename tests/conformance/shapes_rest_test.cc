@@ -133,10 +133,9 @@ TEST_P(RestingShapes, ATowerOfTurnedCubesStands) {
   }
 }
 
-// Some corner of what rests pulls in each guess at what holds it, so that it is solved from nothing at each step.
 TEST_P(RestingShapes, ATableStandsOnFourCylinders) {
   Proves({Claim::kBox, Claim::kCylinder, Claim::kPlane});
-  // Of its size, above the 4e-5 that ODE leaves and the 1.03e-3 of Bullet; with 40 sweeps ODE leaves up to 0.15.
+  // Of its size, above the 1.03e-3 that it comes to.
   constexpr double kMovedMax = 2e-3;
   constexpr int kSteps = 600;
   for (uint64_t seed = 1; seed <= 8; ++seed) {

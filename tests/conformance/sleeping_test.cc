@@ -93,7 +93,7 @@ TEST_P(Sleeping, WithoutARestTimeABodySleepsOnceItRestsAndNotBefore) {
 TEST_P(Sleeping, ALargePileThatTremblesFallsAsleep) {
   Proves({Claim::kContacts});
   // Layers in disorder, so that they make a pile and no columns; of so many contacts few are swept at rest. In one
-  // of them a box may still roll after 11 s; were trembling no rest, three would be awake on ODE.
+  // of them a box may still roll after 11 s.
   int piles_asleep = 0;
   for (const uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     WorldDesc desc{.engine = GetParam()};

@@ -46,8 +46,8 @@ TEST_P(Tipping, GoesAsTheClosedFormSaysAndTheEdgeStays) {
   for (const double heading : {0.0, 0.6, M_PI / 2}) {
     for (const double rate : {60.0, 240.0}) {
       const auto [angle, edge] = Tip(GetParam(), Box{{kWide, 0.7, kHigh}}, heading, 1 / rate);
-      // Of second order, but for a thousandth of the fall on ODE, whatever the step.
-      EXPECT_NEAR(angle, TippedIn(kSeconds), 2e-4) << heading << " " << rate;
+      // Of second order.
+      EXPECT_NEAR(angle, TippedIn(kSeconds), 2e-5 * (60 / rate) * (60 / rate) + 1e-7) << heading << " " << rate;
       EXPECT_LT(edge.norm(), 1e-4) << heading << " " << rate;
     }
   }

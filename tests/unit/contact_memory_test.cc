@@ -102,6 +102,56 @@ TEST(ContactMemory, ForgetsWhatSleptWhenItIsRemoved) {
   EXPECT_GT(with.size(), without.size());
 }
 
+// As of one whose shapes are replaced.
+TEST(ContactMemory, KnowsNothingOfWhoComesBackWithTheSameId) {
+  ContactMemory memory;
+  Solve(memory, {kBoxOnFloor, kOtherOnFloor});
+  memory.Remove(kBox);
+  EXPECT_EQ(Solve(memory, {kBoxOnFloor, kOtherOnFloor}), (std::vector<double>{0, kWeight}));
+}
+
+TEST(ContactMemory, SavesNothingOfWhoWasRemoved) {
+  ContactMemory memory, empty;
+  std::string bytes, of_nothing;
+  Solve(memory, {kBoxOnFloor});
+  memory.Remove(kBox);
+  memory.Save(bytes);
+  empty.Save(of_nothing);
+  EXPECT_EQ(bytes, of_nothing);
+}
+
+TEST(ContactMemory, KeepsWhoWasWokenAndSleepsAgain) {
+  ContactMemory memory;
+  Solve(memory, {kOtherOnFloor});
+  memory.SetActive(kOther, false);
+  Solve(memory, {}, {kOther});
+  memory.SetActive(kOther, true);
+  memory.SetActive(kOther, false);
+  Solve(memory, {}, {kOther});
+  memory.SetActive(kOther, true);
+  EXPECT_EQ(Solve(memory, {kOtherOnFloor}), std::vector<double>{kWeight});
+}
+
+TEST(ContactMemory, TellsWhatWasBeforeTheLastSolveInAll) {
+  ContactMemory memory;
+  Solve(memory, {kBoxOnFloor});
+  Solve(memory, {kBoxOnFloor});
+  ContactMemory again = memory.OfBefore();
+  EXPECT_EQ(Solve(again, {kBoxOnFloor}), std::vector<double>{0});
+  EXPECT_EQ(again.pairs()[0].before.normal, kWeight);
+}
+
+// As when the engine is changed.
+TEST(ContactMemory, KeepsWhoSleepsOfWhatAnotherEngineSolved) {
+  ContactMemory memory;
+  memory.SetActive(kOther, false);
+  const std::vector<ContactPoint> solved{{.normal_impulse = kWeight}};
+  memory.AddSolved(kOtherOnFloor, Placement{}, kInterval, PointAt(Vector3::Zero()), solved);
+  Solve(memory, {}, {kOther});
+  memory.SetActive(kOther, true);
+  EXPECT_EQ(Solve(memory, {kOtherOnFloor}), std::vector<double>{kWeight});
+}
+
 TEST(ContactMemory, SharesOutWhatHeldThePointsOfAnotherEngine) {
   ContactMemory memory;
   const std::vector<ContactPoint> own{{.position = {-1, 0, 0}}, {.position = {1, 0, 0}}};

@@ -289,7 +289,6 @@ TEST(OdeBackend, LetsAnInactiveBodyCarryAnActiveOne) {
   EXPECT_NEAR(bench.position(box).z(), 1.5, kRestError);
 }
 
-/// A heap of boxes and balls with enough contacts for the solver to draw random numbers.
 void BuildHeap(Bench& bench) {
   bench.AddGround();
   for (int i = 0; i < 27; ++i) {
@@ -309,8 +308,7 @@ TEST(OdeBackend, GivesTwoWorldsOnTwoThreadsTheBitsTheyHaveAlone) {
 
   EXPECT_EQ(left.state.positions, alone.state.positions);
   EXPECT_EQ(right.state.positions, alone.state.positions);
-  constexpr size_t kManyContacts = 20;  // enough for the solver to draw random numbers
-  EXPECT_GT(alone.contacts.points.size(), kManyContacts);
+  EXPECT_GT(alone.contacts.points.size(), 20u);
   std::string alone_bytes, left_bytes;
   alone.world().SaveState(alone_bytes);
   left.world().SaveState(left_bytes);
@@ -360,11 +358,12 @@ TEST(OdeBackend, SurvivesAFaultInTheMidstOfAStep) {
   const __lsan::ScopedDisabler leaks_are_known;
 #endif
   for (int i = 0; i < 20; ++i) {
-    Bench bad;
-    BuildHeap(bad);
+    Bench bad({.solver = Solver::kDirect});
+    bad.AddGround();
+    for (int box = 0; box < 4; ++box) bad.Add(kUnitBox, {0, 0, 0.5 + box});
     bad.Run(0.1);
     // Its square is infinite, which ODE's own assertions find.
-    bad.state.angular_velocities(1, Index(bad.moving[5])) = 1e200;
+    bad.state.angular_velocities(1, Index(bad.moving[2])) = 1e200;
     EXPECT_THROW(bad.Step(), EngineFault);
   }
   Bench good;

@@ -16,7 +16,6 @@ std::vector<std::string> All(const Pairs& pairs) {
   std::vector<std::string> all;
   pairs.ForEach([&](const std::string& memory) { all.push_back(memory); });
   std::ranges::sort(all);
-  EXPECT_EQ(pairs.size(), all.size());
   return all;
 }
 
@@ -41,7 +40,7 @@ TEST(RestingPairs, AreTakenByEitherBodyAndOnce) {
   EXPECT_TRUE(Take(pairs, 2).empty());
   EXPECT_TRUE(Take(pairs, 3).empty());
   EXPECT_EQ(Take(pairs, 1), std::vector<std::string>{"floor and 1"});
-  EXPECT_EQ(pairs.size(), 0u);
+  EXPECT_TRUE(All(pairs).empty());
 }
 
 TEST(RestingPairs, AreKeptAnewWhereOthersWereTaken) {
@@ -51,13 +50,6 @@ TEST(RestingPairs, AreKeptAnewWhereOthersWereTaken) {
   EXPECT_EQ(All(pairs), (std::vector<std::string>{"2 and 3", "3 and 4"}));
   EXPECT_EQ(Take(pairs, 4), std::vector<std::string>{"3 and 4"});
   EXPECT_EQ(Take(pairs, 3), std::vector<std::string>{"2 and 3"});
-}
-
-TEST(RestingPairs, AreErasedForBothBodies) {
-  Pairs pairs = Chain();
-  pairs.EraseIf([](const std::string& memory) { return memory == "1 and 2"; });
-  EXPECT_EQ(Take(pairs, 1), std::vector<std::string>{"floor and 1"});
-  EXPECT_EQ(Take(pairs, 2), std::vector<std::string>{"2 and 3"});
 }
 
 TEST(RestingPairs, AreNotKeptOfWhatNobodyCanWake) {

@@ -81,11 +81,6 @@ PlacedGeometry& World::geometry(GeometryRow row) {
   return geometry;
 }
 
-ContactMemory::Key World::KeyOf(const ContactPair& pair) const {
-  const PlacedGeometry &a = *geometries_[Index(pair.geometry_a)], &b = *geometries_[Index(pair.geometry_b)];
-  return {a.body->id, b.body->id, a.id, b.id};
-}
-
 ContactMemory::Motion World::MotionOf(EntityId id) const {
   using Motion = ContactMemory::Motion;
   const Body* const body = id.index() < bodies_.size() ? bodies_[id.index()].get() : nullptr;
@@ -95,25 +90,24 @@ ContactMemory::Motion World::MotionOf(EntityId id) const {
 }
 
 // In the frame of what slides over the other its points stand still.
-const Placement& World::FrameOf(const ContactPair& pair) {
-  PlacedGeometry& b = geometry(pair.geometry_b);
-  return b.body->motion_type == MotionType::kDynamic ? b.placement : geometry(pair.geometry_a).placement;
+std::pair<ContactMemory::Key, Placement> World::Identify(const ContactPair& pair) {
+  const PlacedGeometry &a = geometry(pair.geometry_a), &b = geometry(pair.geometry_b);
+  return {{a.body->id, b.body->id, a.id, b.id},
+          b.body->motion_type == MotionType::kDynamic ? b.placement : a.placement};
 }
 
 void World::Recall(const ContactBuffer& solved) {
-  memory_ = ContactMemory();
-  std::vector<ContactPoint> own;
-  for (const ContactPair& pair : solved.pairs) {
-    if (pair.is_sensor) continue;
-    own.clear();
-    FindPoints(pair.geometry_a, pair.geometry_b, own);
-    memory_.AddSolved(KeyOf(pair), FrameOf(pair), pair.interval, own, PointsOf(pair, solved));
-  }
+  memory_.Recall(
+      solved, [&](const ContactPair& pair) { return Identify(pair); },
+      [&](const ContactPair& pair, std::vector<ContactPoint>& points) {
+        FindPoints(pair.geometry_a, pair.geometry_b, points);
+      });
 }
 
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
-  RecogniseContacts(contacts);
+  memory_.Recognise(
+      contacts, [&](EntityId id) { return MotionOf(id); }, [&](const ContactPair& pair) { return Identify(pair); });
   ++solve_stamp_;
   for (const EntityRow row : rows) body(row).solve_stamp = solve_stamp_;
   for (ContactPoint& point : contacts.points) {
@@ -127,16 +121,9 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
 
 void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
-  ContactMemory kept = std::exchange(memory_, ContactMemory());
+  ContactMemory kept = std::exchange(memory_, memory_.OfBefore());
   Solve(step_size, rows, state, contacts, joint_rows);
   memory_ = std::move(kept);
-}
-
-void World::RecogniseContacts(const ContactBuffer& contacts) {
-  memory_.Begin([&](EntityId id) { return MotionOf(id); });
-  for (const ContactPair& pair : contacts.pairs) {
-    memory_.Add(KeyOf(pair), FrameOf(pair), pair.interval, PointsOf(pair, contacts));
-  }
 }
 
 bool World::IsDirect(uint32_t number, const ContactBuffer& contacts) {

@@ -39,10 +39,8 @@ class World final : public BackendWorld {
  private:
   Body& body(EntityRow row) { return *bodies_[Index(row)]; }
   PlacedGeometry& geometry(GeometryRow row);
-  ContactMemory::Key KeyOf(const ContactPair& pair) const;
   ContactMemory::Motion MotionOf(EntityId id) const;
-  const Placement& FrameOf(const ContactPair& pair);
-  void RecogniseContacts(const ContactBuffer& contacts);
+  std::pair<ContactMemory::Key, Placement> Identify(const ContactPair& pair);
   Body* Load(Body& body, const StateArrays& state);
   bool IsDirect(uint32_t number, const ContactBuffer& contacts);
   void SolveIsland(uint32_t number, double step_size, const StateArrays& state, ContactBuffer& contacts,

@@ -10,24 +10,10 @@
 namespace genphys::ode_backend {
 namespace {
 
-// More than any pair of shapes gives, so that we choose what to drop and not the engine, which takes the first.
-constexpr int kFoundMax = 32;
-
-using Found = std::array<dContactGeom, kFoundMax>;
+// More than any pair of shapes gives that is left to ODE: four corners of a box on a plane.
+constexpr int kFoundMax = 8;
 
 Vector3 PositionOf(const dContactGeom& contact) { return {contact.pos[0], contact.pos[1], contact.pos[2]}; }
-
-// Moves to the front those that are kept, and returns how many. Of two faces ODE tells every corner of what they share,
-// up to eight. Where their edges lie on each other some of these are in the middle of an edge, and anywhere along it:
-// where the edges cross is a matter of the last bit.
-int KeepFew(Found& found, int count) {
-  if (count <= Manifold::kPointsPerNormal) return count;
-  std::array<MeetingPoint, kFoundMax> points;
-  for (int i = 0; i < count; ++i) points[i] = {.position = PositionOf(found[i]), .depth = found[i].depth};
-  const FewPoints few = ChooseFew(std::span(points).first(count));
-  for (int i = 0; i < few.count; ++i) found[i] = found[few.places[i]];
-  return few.count;
-}
 
 // ODE has no direction in which to push a sphere whose centre lies on the axis of a cylinder, and tells none that is
 // finite: any across the axis is as good.
@@ -46,20 +32,19 @@ void PutBetween(const PlacedShape& a, const PlacedShape& b, ContactPoint& point)
   } else if (const Sphere* other = std::get_if<Sphere>(&b.shape())) {
     point.position = b.position() - other->radius * point.normal + half;
   } else if (b.is_plane()) {
-    point.position -= a.Skin(point.normal) * point.normal + half;
+    point.position -= a.skin() * point.normal + half;
   } else if (a.is_plane()) {
-    point.position += b.Skin(point.normal) * point.normal + half;
+    point.position += b.skin() * point.normal + half;
   }
 }
 
-uint32_t FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
+void FindOurPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
   Manifold manifold;
-  FindContacts(a.shape(), a.placement(), b.shape(), b.placement(), a.skin() + b.skin(), manifold);
+  FindContacts(a.shape(), a.placement(), b.shape(), b.placement(), a.reach() + b.reach(), manifold);
   for (int i = 0; i < manifold.count; ++i) {
     const MeetingPoint& point = manifold.points[static_cast<size_t>(i)];
     points.push_back({.position = point.position, .normal = point.normal, .depth = point.depth});
   }
-  return static_cast<uint32_t>(manifold.count);
 }
 
 // ODE tells one point of a drum that does not stand quite straight on a plane, however near the rest of its rim is, and
@@ -71,22 +56,21 @@ bool IsDrumOnPlane(const PlacedShape& a, const PlacedShape& b) {
 
 }  // namespace
 
-uint32_t FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
+void FindPoints(const PlacedShape& a, const PlacedShape& b, std::vector<ContactPoint>& points) {
   if (IsForNarrowPhase(a.shape(), b.shape()) || IsDrumOnPlane(a, b)) return FindOurPoints(a, b, points);
-  Found found;
+  std::array<dContactGeom, kFoundMax> found;
   // ODE's normals point into the first geometry.
   const int count = dCollide(b.geom(), a.geom(), kFoundMax, found.data(), sizeof(dContactGeom));
-  const int kept = KeepFew(found, count);
-  for (int i = 0; i < kept; ++i) {
-    const dContactGeom& contact = found[i];
+  for (const dContactGeom& contact : std::span(found).first(static_cast<size_t>(count))) {
+    const double depth = contact.depth - a.skin() - b.skin();
+    if (depth < -(a.reach() + b.reach())) continue;
     ContactPoint& point = points.emplace_back();
     point.position = PositionOf(contact);
     point.normal = {contact.normal[0], contact.normal[1], contact.normal[2]};
     if (!point.normal.allFinite()) point.normal = AcrossCylinder(a, b);
-    point.depth = contact.depth - a.Skin(point.normal) - b.Skin(point.normal);
+    point.depth = depth;
     PutBetween(a, b, point);
   }
-  return static_cast<uint32_t>(kept);
 }
 
 }  // namespace genphys::ode_backend

@@ -14,19 +14,16 @@ namespace {
 constexpr dSpaceID kNoSpace = nullptr;
 
 // m, on either side: a pair is told across twice as much.
-constexpr double kSkinMax = 1e-4;
-// Small shapes have a thinner one, of this part of their smallest half extent.
-constexpr double kSkinPart = 1e-3;
+constexpr double kReachMax = 1e-4;
+// Small shapes are told nearer, across this part of their smallest half extent.
+constexpr double kReachPart = 1e-3;
 
 dGeomID Create(const Sphere& s, double skin) { return dCreateSphere(kNoSpace, s.radius + skin); }
-dGeomID Create(const Box& s, double skin) {
-  const Vector3 sides = 2 * (s.half_extents.array() + skin);
-  return dCreateBox(kNoSpace, sides.x(), sides.y(), sides.z());
+dGeomID Create(const Box& s, double) {
+  return dCreateBox(kNoSpace, 2 * s.half_extents.x(), 2 * s.half_extents.y(), 2 * s.half_extents.z());
 }
 dGeomID Create(const Capsule& s, double skin) { return dCreateCapsule(kNoSpace, s.radius + skin, 2 * s.half_length); }
-dGeomID Create(const Cylinder& s, double skin) {
-  return dCreateCylinder(kNoSpace, s.radius + skin, 2 * (s.half_length + skin));
-}
+dGeomID Create(const Cylinder& s, double) { return dCreateCylinder(kNoSpace, s.radius, 2 * s.half_length); }
 dGeomID Create(const Plane& s, double skin) {
   return dCreatePlane(kNoSpace, s.normal.x(), s.normal.y(), s.normal.z(), s.offset + skin);
 }
@@ -36,15 +33,10 @@ dGeomID Create(const Other&, double) {
   return nullptr;
 }
 
-// How far a skin of one metre puts out the surface where its normal is `n`, in the frame of the shape: a box is made
-// longer along each axis and a cylinder along its axis and its radius, so at edges it is more than the thickness.
-double PutOut(const Sphere&, const Vector3&) { return 1; }
-double PutOut(const Box&, const Vector3& n) { return n.cwiseAbs().sum(); }
-double PutOut(const Capsule&, const Vector3&) { return 1; }
-double PutOut(const Cylinder&, const Vector3& n) { return std::abs(n.z()) + n.head<2>().norm(); }
-template <typename Other>
-double PutOut(const Other&, const Vector3&) {
-  return 1;
+// What has edges would be another shape with a skin, its edges beside where they are. It meets nothing but what has
+// one.
+bool HasEdges(const Shape& shape) {
+  return std::holds_alternative<Box>(shape) || std::holds_alternative<Cylinder>(shape);
 }
 
 }  // namespace
@@ -58,7 +50,8 @@ PlacedShape::PlacedShape(EntityRow entity, const Geometry& geometry)
       position_in_entity_(geometry.pose_in_entity.position),
       rotation_in_entity_(geometry.pose_in_entity.orientation.toRotationMatrix()),
       is_at_entity_(geometry.pose_in_entity == Pose{}),
-      skin_(std::min(kSkinMax, kSkinPart * SmallestHalfExtent(shape_))),
+      reach_(std::min(kReachMax, kReachPart * SmallestHalfExtent(shape_))),
+      skin_(HasEdges(shape_) ? 0 : reach_ + kReachMax),
       geom_(std::visit([this](const auto& s) { return Create(s, skin_); }, shape_)) {}
 
 void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) {
@@ -81,11 +74,6 @@ void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) 
   }
   dGeomSetPosition(geom(), position_.x(), position_.y(), position_.z());
   dGeomSetRotation(geom(), rows);
-}
-
-double PlacedShape::Skin(const Vector3& normal) const {
-  const Vector3 in_shape = rotation_.transpose() * normal;
-  return skin_ * std::visit([&](const auto& s) { return PutOut(s, in_shape); }, shape_);
 }
 
 }  // namespace genphys::ode_backend

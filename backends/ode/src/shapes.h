@@ -14,9 +14,9 @@ struct GeomDeleter {
 };
 using GeomPtr = std::unique_ptr<dxGeom, GeomDeleter>;
 
-/// One collision geometry as ODE has it: bound to no body and in no space, put where it belongs by us. ODE is told a
-/// shape that is thicker by a skin, because it finds no contact across a gap, and bodies that rest on contacts which
-/// come and go with the last bit never come to rest.
+/// One collision geometry as ODE has it: bound to no body and in no space, put where it belongs by us. What is
+/// round, or a plane, ODE has thicker by a skin, because it finds no contact across a gap, and bodies that rest on
+/// contacts which come and go with the last bit never come to rest.
 class PlacedShape {
  public:
   PlacedShape() = default;
@@ -37,10 +37,10 @@ class PlacedShape {
 
   /// Where it is, as the narrow phase takes it.
   Placement placement() const { return {position_, rotation_}; }
-  /// Half of the largest gap (m) across which it is told to touch.
+  /// m, its part of the largest gap across which it is told to touch.
+  double reach() const { return reach_; }
+  /// m, by how much ODE has it thicker.
   double skin() const { return skin_; }
-  /// How far (m) the skin puts the surface out where its normal is `normal` (unit length, world, either sign).
-  double Skin(const Vector3& normal) const;
 
   bool is_plane() const { return std::holds_alternative<Plane>(shape_); }
 
@@ -51,7 +51,8 @@ class PlacedShape {
   Vector3 position_in_entity_ = Vector3::Zero();
   Matrix3 rotation_in_entity_ = Matrix3::Identity();
   bool is_at_entity_ = true;
-  double skin_ = 0;  // m
+  double reach_ = 0;
+  double skin_ = 0;
   GeomPtr geom_;
   Vector3 position_ = Vector3::Zero();
   Matrix3 rotation_ = Matrix3::Identity();

@@ -93,12 +93,23 @@ void World::ScaleInertia(std::span<const InertiaScale> scales) {
   }
 }
 
-// Each island by itself: how many sweeps it gets, and what becomes of it when the exact solver gives up must not depend
-// on what is elsewhere.
 void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) {
+  most_exact_ = 0;
+  SolveIslands(step_size, rows, state, contacts, joint_rows);
+  // Bodies that were in use in solves before this one need not be any more.
+  if (exact_) exact_->Trim(most_exact_);
+}
+
+// Each island by itself: how many sweeps it gets, and what becomes of it when the exact solver gives up must not depend
+// on what is elsewhere.
+void World::SolveIslands(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                         std::span<JointRow> joint_rows) {
   PrepareThread();
   for (const EntityRow row : rows) CheckFinite(row, state);
+  memory_.Recognise(
+      contacts, [&](EntityId id) { return MemoryMotionOf(id); },
+      [&](const ContactPair& pair) { return Identify(pair); });
   islands_.Find(state.rows(), rows, contacts, joint_rows);
   for (const EntityRow row : rows) {
     if (islands_.IslandOf(row) != Islands::kNone) continue;
@@ -108,34 +119,25 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     const Body& body = bodies_[Index(row)];
     StorePose(row, MovedBy(free, step_size, body.mass.center_of_mass, body.pose), state);
   }
-  Recognise(contacts);
   for (ContactPoint& point : contacts.points) {
     point.normal_impulse = 0;
     point.friction_impulse.setZero();
   }
-  uint32_t most = 0;
   for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
     double softness = 1;
     const bool is_exact = IsExact(island, state, contacts, joint_rows, softness);
-    if (is_exact) most = std::max(most, static_cast<uint32_t>(islands_.RowsOf(island).size()));
+    if (is_exact) most_exact_ = std::max(most_exact_, static_cast<uint32_t>(islands_.RowsOf(island).size()));
     if (!is_exact || !SolveExactly(island, softness, step_size, state, contacts, joint_rows)) {
       Sweep(island, step_size, state, contacts, joint_rows);
     }
   }
-  // Bodies that were in use in solves before this one need not be any more.
-  if (exact_) exact_->Trim(most);
 }
 
 void World::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                        std::span<JointRow> joint_rows) {
-  ContactMemory kept = std::exchange(memory_, ContactMemory());
-  Solve(step_size, rows, state, contacts, joint_rows);
+  ContactMemory kept = std::exchange(memory_, memory_.OfBefore());
+  SolveIslands(step_size, rows, state, contacts, joint_rows);
   memory_ = std::move(kept);
-}
-
-ContactMemory::Key World::KeyOf(const ContactPair& pair) const {
-  return {bodies_[Index(pair.entity_a)].id, bodies_[Index(pair.entity_b)].id, shapes_[Index(pair.geometry_a)].id(),
-          shapes_[Index(pair.geometry_b)].id()};
 }
 
 ContactMemory::Motion World::MemoryMotionOf(EntityId id) const {
@@ -146,29 +148,20 @@ ContactMemory::Motion World::MemoryMotionOf(EntityId id) const {
 }
 
 // In the frame of what slides over the other its points stand still.
-Placement World::FrameOf(const ContactPair& pair) {
-  const bool is_b = bodies_[Index(pair.entity_b)].motion_type == MotionType::kDynamic;
-  const GeometryRow geometry = is_b ? pair.geometry_b : pair.geometry_a;
-  PlaceMoved(geometry);
-  return shapes_[Index(geometry)].placement();
-}
-
-void World::Recognise(const ContactBuffer& contacts) {
-  memory_.Begin([&](EntityId id) { return MemoryMotionOf(id); });
-  for (const ContactPair& pair : contacts.pairs) {
-    memory_.Add(KeyOf(pair), FrameOf(pair), pair.interval, PointsOf(pair, contacts));
-  }
+std::pair<ContactMemory::Key, Placement> World::Identify(const ContactPair& pair) {
+  const Body &a = bodies_[Index(pair.entity_a)], &b = bodies_[Index(pair.entity_b)];
+  const GeometryRow frame = b.motion_type == MotionType::kDynamic ? pair.geometry_b : pair.geometry_a;
+  PlaceMoved(frame);
+  return {{a.id, b.id, shapes_[Index(pair.geometry_a)].id(), shapes_[Index(pair.geometry_b)].id()},
+          shapes_[Index(frame)].placement()};
 }
 
 void World::Recall(const ContactBuffer& solved) {
-  memory_ = ContactMemory();
-  std::vector<ContactPoint> own;
-  for (const ContactPair& pair : solved.pairs) {
-    if (pair.is_sensor) continue;
-    own.clear();
-    FindPoints(pair.geometry_a, pair.geometry_b, own);
-    memory_.AddSolved(KeyOf(pair), FrameOf(pair), pair.interval, own, PointsOf(pair, solved));
-  }
+  memory_.Recall(
+      solved, [&](const ContactPair& pair) { return Identify(pair); },
+      [&](const ContactPair& pair, std::vector<ContactPoint>& points) {
+        FindPoints(pair.geometry_a, pair.geometry_b, points);
+      });
 }
 
 void World::SaveState(std::string& bytes) const {
@@ -202,7 +195,8 @@ void World::Sweep(uint32_t number, double step_size, StateArrays& state, Contact
     StorePose(row, MovedBy(swept, step_size, body.mass.center_of_mass, body.pose), state);
     CheckFinite(row, state);
   }
-  for (const EntityRow row : std::exchange(driven_, {})) bodies_[Index(row)].solved_as = kUnsolved;
+  for (const EntityRow row : driven_) bodies_[Index(row)].solved_as = kUnsolved;
+  driven_.clear();
 }
 
 SweptBody World::Swept(EntityRow row, const StateArrays& state) const {

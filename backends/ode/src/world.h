@@ -78,10 +78,11 @@ class World final : public BackendWorld {
   void StorePose(EntityRow row, const Pose& pose, StateArrays& state);
 
   // What is remembered of the last solve.
-  ContactMemory::Key KeyOf(const ContactPair& pair) const;
   ContactMemory::Motion MemoryMotionOf(EntityId id) const;
-  Placement FrameOf(const ContactPair& pair);
-  void Recognise(const ContactBuffer& contacts);
+  std::pair<ContactMemory::Key, Placement> Identify(const ContactPair& pair);
+
+  void SolveIslands(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
+                    std::span<JointRow> joint_rows);
 
   // In sweeps.
   void Sweep(uint32_t island, double step_size, StateArrays& state, ContactBuffer& contacts,
@@ -111,6 +112,7 @@ class World final : public BackendWorld {
   ContactMemory memory_;  // its pairs are those of the last Solve()
   ContactSweeps sweeps_;
   std::optional<ExactSolver> exact_;  // made when it is first needed
+  uint32_t most_exact_ = 0;           // bodies that it had at a time in this step
   // It gave up in the middle of a solve. It is not asked again, for each time it leaves memory behind.
   bool has_failed_exactly_ = false;
 

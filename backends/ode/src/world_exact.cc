@@ -170,21 +170,22 @@ void World::LoadContacts(uint32_t number, double softness, const StateArrays& st
     // The solver pushes one side away from the other, and the one that it pushes must be movable.
     const double sign = b.solved_as != kUnsolved ? 1 : -1;
     const Side &pushed = sign > 0 ? b : a, &other = sign > 0 ? a : b;
-    const ContactConstraint contact{
-        .body = pushed.solved_as,
-        .other = other.solved_as,
-        .braked = sign * held_[i].braked,
-        .grip = held_[i].grip,
-        .is_jointed = is_jointed,
-        .correction = pair.correction,
-        .rolling_friction = pair.material.rolling_friction,
-        .spinning_friction = pair.material.spinning_friction,
-        .relative_spin = pushed.angular_velocity - other.angular_velocity,
-        .other_spin = other.solved_as == kUnsolved ? other.angular_velocity : Vector3::Zero(),
-        .softness = softness};
+    ContactConstraint contact{.body = pushed.solved_as,
+                              .other = other.solved_as,
+                              .grip = held_[i].grip,
+                              .is_jointed = is_jointed,
+                              .correction = pair.correction,
+                              .rolling_friction = pair.material.rolling_friction,
+                              .spinning_friction = pair.material.spinning_friction,
+                              .relative_spin = pushed.angular_velocity - other.angular_velocity,
+                              .other_spin = other.solved_as == kUnsolved ? other.angular_velocity : Vector3::Zero(),
+                              .softness = softness};
     for (uint32_t j = 0; j < pair.point_count; ++j) {
       const ContactPoint& point = contacts.points[pair.first_point + j];
       if (point.is_ahead) continue;
+      // The points of a wheel are new ones all the time.
+      const bool is_new = memory_.pairs()[pairs[i]].impulses[j].normal == 0;
+      contact.braked = is_new ? Vector3(Vector3::Zero()) : Vector3(sign * held_[i].braked);
       LoadContact(pair, point, pushed, other, sign, contact);
       solved_.push_back({pairs[i], j, sign});
     }

@@ -25,7 +25,7 @@ struct PointImpulse {
 /// The impulses by which an engine recognises contacts from solve to solve: all that it needs to remember.
 class ContactMemory {
  public:
-  /// Two geometries, in canonical order as in ContactBuffer.
+  /// Two geometries, which follow each other as in ContactBuffer.
   struct Key {
     EntityId a, b;
     uint32_t geometry_a = 0, geometry_b = 0;  // ids
@@ -58,9 +58,12 @@ class ContactMemory {
   /// `motion_of(id)` tells the Motion of an entity; where nothing of a pair moves, it is kept until something does.
   template <typename MotionOf>
   void Begin(MotionOf motion_of) {
+    ForgetRemoved();
     if (std::exchange(has_slept_, false)) {
       for (const Pair& pair : pairs_) KeepResting(pair, motion_of(pair.key.a), motion_of(pair.key.b));
     }
+    // Some were woken and fell asleep again.
+    std::erase_if(woken_, [&](EntityId id) { return motion_of(id) != Motion::kMoving; });
     BeginList();
   }
 
@@ -68,15 +71,41 @@ class ContactMemory {
   /// `interval` s and leaves those alone that are ahead. In `frame` its points stand still while it slides.
   void Add(const Key& key, const Placement& frame, double interval, std::span<const ContactPoint> points);
 
+  /// All pairs of a solve at once; identify(pair) tells the Key and the frame of one.
+  template <typename MotionOf, typename Identify>
+  void Recognise(const ContactBuffer& contacts, MotionOf motion_of, Identify identify) {
+    Begin(motion_of);
+    for (const ContactPair& pair : contacts.pairs) {
+      const auto [key, frame] = identify(pair);
+      Add(key, frame, pair.interval, std::span(contacts.points).subspan(pair.first_point, pair.point_count));
+    }
+  }
+
+  /// Before the first list: what another engine solved last; find(pair, points) finds the points that it has here.
+  template <typename Identify, typename Find>
+  void Recall(const ContactBuffer& solved, Identify identify, Find find) {
+    std::vector<ContactPoint> own;
+    for (const ContactPair& pair : solved.pairs) {
+      if (pair.is_sensor) continue;
+      own.clear();
+      find(pair, own);
+      const auto [key, frame] = identify(pair);
+      AddSolved(key, frame, pair.interval, own, std::span(solved.points).subspan(pair.first_point, pair.point_count));
+    }
+  }
+
   /// Adds the next pair with the impulses of another engine, which had other points `solved`: all that held the pair is
   /// shared out to those that it has here.
   void AddSolved(const Key& key, const Placement& frame, double interval, std::span<const ContactPoint> points,
                  std::span<const ContactPoint> solved);
 
+  /// A memory of what was before the last list: in all, and of no point.
+  ContactMemory OfBefore() const;
+
   /// Tells that a body moves again, or does not until it is told again.
   void SetActive(EntityId id, bool active);
 
-  /// Forgets what rests by a body that was removed.
+  /// Forgets a body that was removed. Another one may have its id from now on.
   void Remove(EntityId id);
 
   /// Appends all that the next solve depends on.
@@ -86,6 +115,7 @@ class ContactMemory {
   std::span<Pair> pairs() { return pairs_; }
 
  private:
+  void ForgetRemoved();
   void KeepResting(const Pair& pair, Motion a, Motion b);
   void BeginList();
   Pair& Append(const Key& key, const Placement& frame, double interval, std::span<const ContactPoint> points);
@@ -93,7 +123,8 @@ class ContactMemory {
   std::vector<Pair> pairs_;
   std::vector<Pair> before_;
   RestingPairs<Pair, uint64_t> resting_;  // by packed id
-  std::vector<EntityId> woken_;
+  std::vector<EntityId> woken_;           // since the last list
+  std::vector<EntityId> removed_;         // the same
   bool has_slept_ = false;
   size_t next_before_ = 0;
 };

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <span>
 
 #include "genphys/placement.h"
 #include "genphys/shape.h"
@@ -26,16 +25,6 @@ struct Manifold {
     if (count < kPointsMax) points[static_cast<size_t>(count++)] = point;
   }
 };
-
-/// Some of many points, by their places in ascending order.
-struct FewPoints {
-  std::array<int, Manifold::kPointsPerNormal> places{};
-  int count = 0;
-};
-
-/// The deepest of the points in which two surfaces meet along one normal, and those that span the widest area with it.
-/// Equals are told apart by more than rounding, so that the choice stays the same from step to step.
-FewPoints ChooseFew(std::span<const MeetingPoint> points);
 
 /// Whether this pair belongs to FindContacts(). Engines have cones, ellipsoids, hulls, meshes and heightfields in part,
 /// with margins, in single precision or not at all, and where a capsule or a cylinder meets something with edges they

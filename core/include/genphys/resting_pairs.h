@@ -38,19 +38,9 @@ class RestingPairs {
     slots_of_.erase(own);
     for (const uint32_t slot : slots) {
       out.push_back(std::move(slots_[slot].memory));
-      Free(slot, &body);
+      Free(slot, body);
     }
   }
-
-  /// Keeps those no longer of which the condition holds.
-  template <typename Condition>
-  void EraseIf(Condition condition) {
-    for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
-      if (slots_[slot].count > 0 && condition(slots_[slot].memory)) Free(slot);
-    }
-  }
-
-  size_t size() const { return slots_.size() - free_.size(); }
 
   template <typename Visit>
   void ForEach(Visit visit) const {
@@ -66,10 +56,10 @@ class RestingPairs {
     size_t count = 0;  // of those; none: it is free
   };
 
-  // It is not among those of `gone` any more.
-  void Free(uint32_t slot, const Body* gone = nullptr) {
+  // It is not in the list of `gone` any more.
+  void Free(uint32_t slot, const Body& gone) {
     for (const Body& body : std::span(slots_[slot].wakeable).first(slots_[slot].count)) {
-      if (gone != nullptr && body == *gone) continue;
+      if (body == gone) continue;
       const auto own = slots_of_.find(body);
       if (own == slots_of_.end()) continue;
       std::erase(own->second, slot);

@@ -35,6 +35,15 @@ PointImpulse TakeImpulseAt(const Vector3& place, ContactMemory::Pair& pair) {
 
 }  // namespace
 
+// Looking for what is remembered of one takes as long as for many.
+void ContactMemory::ForgetRemoved() {
+  if (removed_.empty()) return;
+  std::ranges::sort(removed_);
+  const auto is_removed = [&](EntityId id) { return std::ranges::binary_search(removed_, id); };
+  std::erase_if(pairs_, [&](const Pair& pair) { return is_removed(pair.key.a) || is_removed(pair.key.b); });
+  removed_.clear();
+}
+
 void ContactMemory::KeepResting(const Pair& pair, Motion a, Motion b) {
   absl::InlinedVector<uint64_t, 2> wakeable;
   for (const auto& [id, motion] : {std::pair(pair.key.a, a), std::pair(pair.key.b, b)}) {
@@ -95,6 +104,17 @@ void ContactMemory::AddSolved(const Key& key, const Placement& frame, double int
   }
 }
 
+ContactMemory ContactMemory::OfBefore() const {
+  ContactMemory memory;
+  for (const Pair& pair : pairs_) {
+    Pair& before = memory.pairs_.emplace_back();
+    before.key = pair.key;
+    before.interval = pair.interval;
+    before.impulses.push_back(pair.before);
+  }
+  return memory;
+}
+
 void ContactMemory::SetActive(EntityId id, bool active) {
   if (active) woken_.push_back(id);
   has_slept_ = has_slept_ || !active;
@@ -103,11 +123,15 @@ void ContactMemory::SetActive(EntityId id, bool active) {
 void ContactMemory::Remove(EntityId id) {
   std::vector<Pair> forgotten;
   resting_.TakeOf(id.packed(), forgotten);
+  removed_.push_back(id);
 }
 
 void ContactMemory::Save(std::string& bytes) const {
   std::vector<const Pair*> all;
-  const auto add = [&](const Pair& pair) { all.push_back(&pair); };
+  const auto is_removed = [&](EntityId id) { return std::ranges::count(removed_, id) > 0; };
+  const auto add = [&](const Pair& pair) {
+    if (!is_removed(pair.key.a) && !is_removed(pair.key.b)) all.push_back(&pair);
+  };
   for (const Pair& pair : pairs_) add(pair);
   resting_.ForEach(add);
   std::ranges::sort(all, {}, [](const Pair* pair) { return pair->key; });

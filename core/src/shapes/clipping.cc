@@ -112,19 +112,14 @@ void OverlapEdges(const Side& a, const Side& b, const Vector3& normal, PointSet&
   }
 }
 
-}  // namespace
+// Some of many points, by their places in ascending order.
+struct FewPoints {
+  std::array<int, Manifold::kPointsPerNormal> places{};
+  int count = 0;
+};
 
-void PointSet::Add(const MeetingPoint& point) {
-  if (!(point.depth >= -gap_)) return;
-  points_.push_back(point);
-  deepest_ = std::max(deepest_, point.depth);
-}
-
-void PointSet::ReduceTo(Manifold& manifold) const {
-  const FewPoints few = ChooseFew(points_);
-  for (int i = 0; i < few.count; ++i) manifold.Add(points_[static_cast<size_t>(few.places[static_cast<size_t>(i)])]);
-}
-
+// The deepest of the points in which two surfaces meet along one normal, and those that span the widest area with it.
+// Equals are told apart by more than rounding, so that the choice stays the same from step to step.
 FewPoints ChooseFew(std::span<const MeetingPoint> points) {
   FewPoints few;
   if (points.size() <= few.places.size()) {
@@ -173,6 +168,19 @@ FewPoints ChooseFew(std::span<const MeetingPoint> points) {
   const auto end = std::unique(chosen.begin(), chosen.end());
   for (auto it = chosen.begin(); it != end; ++it) few.places[static_cast<size_t>(few.count++)] = static_cast<int>(*it);
   return few;
+}
+
+}  // namespace
+
+void PointSet::Add(const MeetingPoint& point) {
+  if (!(point.depth >= -gap_)) return;
+  points_.push_back(point);
+  deepest_ = std::max(deepest_, point.depth);
+}
+
+void PointSet::ReduceTo(Manifold& manifold) const {
+  const FewPoints few = ChooseFew(points_);
+  for (int i = 0; i < few.count; ++i) manifold.Add(points_[static_cast<size_t>(few.places[static_cast<size_t>(i)])]);
 }
 
 void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, PointSet& points) {
