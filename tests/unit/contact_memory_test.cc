@@ -56,7 +56,7 @@ TEST(ContactMemory, KnowsAPointByItsPlaceInTheFrame) {
     memory.Add(kBoxOnFloor, moved, kInterval, PointAt({5 + off, 0, 0}));
     EXPECT_EQ(memory.pairs()[0].impulses[0].normal, known ? kWeight : 0) << off;
     // In all it is what held the pair, whichever points are left.
-    EXPECT_EQ(memory.pairs()[0].before.normal, kWeight) << off;
+    EXPECT_EQ(memory.pairs()[0].load, kWeight) << off;
   }
 }
 
@@ -132,13 +132,13 @@ TEST(ContactMemory, KeepsWhoWasWokenAndSleepsAgain) {
   EXPECT_EQ(Solve(memory, {kOtherOnFloor}), std::vector<double>{kWeight});
 }
 
-TEST(ContactMemory, TellsWhatWasBeforeTheLastSolveInAll) {
+TEST(ContactMemory, TellsTheLoadBeforeTheLastSolve) {
   ContactMemory memory;
   Solve(memory, {kBoxOnFloor});
   Solve(memory, {kBoxOnFloor});
   ContactMemory again = memory.OfBefore();
   EXPECT_EQ(Solve(again, {kBoxOnFloor}), std::vector<double>{0});
-  EXPECT_EQ(again.pairs()[0].before.normal, kWeight);
+  EXPECT_EQ(again.pairs()[0].load, kWeight);
 }
 
 // As when the engine is changed.

@@ -27,10 +27,8 @@ Vector3 Across(const Vector3& normal, const Vector3& v) { return v - normal * no
 
 }  // namespace
 
-Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass) {
-  const Vector3 slip = Across(contact.normal, contact.relative_velocity + contact.drawn);
-  if (!contact.drawn.isZero(0) || slip.norm() > inverse_mass * contact.grip) return slip;
-  return slip - inverse_mass * Across(contact.normal, contact.braked);
+Vector3 SlipOf(const ContactConstraint& contact) {
+  return Across(contact.normal, contact.relative_velocity + contact.drawn);
 }
 
 // Friction is bounded along two axes. The first follows the slip, so that a slide is braked by the same force whatever

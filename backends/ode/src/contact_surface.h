@@ -17,10 +17,8 @@ inline constexpr double kGravity = 9.81;
 
 // What a contact tells ODE of the surfaces that meet there.
 
-/// m/s, of what friction has to brake: the slip or, if friction may stop it, the slip that there would be had it not
-/// done anything in the last solve either. Where a load comes through another contact, there is no slip before a solve
-/// that tells its direction.
-Vector3 SlipUnbraked(const ContactConstraint& contact, double inverse_mass);
+/// m/s, of what friction has to brake.
+Vector3 SlipOf(const ContactConstraint& contact);
 
 /// Friction against `slip`, which is `fast` (m/s) where friction does not stop it soon.
 void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to);

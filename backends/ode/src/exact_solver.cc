@@ -200,10 +200,9 @@ void ExactSolver::AddContact(const ContactConstraint& contact) {
   SetSoftness(Softness(contact), ode_contact);
   Untie(contact_count_, ode_contact);
   const bool resists_turning = contact.rolling_friction > 0 || contact.spinning_friction > 0;
-  // What rolls is braked along its rolling.
-  const Vector3 slip = SlipUnbraked(contact, resists_turning ? 0 : InverseMass(contact));
   const double soon = std::max(InverseMass(contact) * contact.grip, pull_ * contact.friction * step_size_);
-  SetFriction(contact, slip, (contact.is_jointed ? kSlidesJointed : kSlides) * soon, step_size_, ode_contact);
+  SetFriction(contact, SlipOf(contact), (contact.is_jointed ? kSlidesJointed : kSlides) * soon, step_size_,
+              ode_contact);
   if (resists_turning) SetTorsion(contact, ode_contact);
   SetOtherVelocity(contact, ode_contact);
   dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);

@@ -40,10 +40,9 @@ struct ContactConstraint {
   Vector3 slip = Vector3::Zero();               // m/s, of that along the surface, in the middle of the step
   // m/s, at the point, at which there is none: of an immovable other side, less how the surface of `body` runs.
   Vector3 other_velocity = Vector3::Zero();
-  Vector3 braked = Vector3::Zero();  // N*s, what friction gave to `body` in the last solve
-  double grip = 0;                   // N*s, the most that it could have been
-  Vector3 drawn = Vector3::Zero();   // m/s, by which it would slip faster after the solve were there no friction
-  bool is_jointed = false;           // its island has joints
+  double grip = 0;                  // N*s, the most that friction could have given in the last solve
+  Vector3 drawn = Vector3::Zero();  // m/s, by which it would slip faster after the solve were there no friction
+  bool is_jointed = false;          // its island has joints
   ErrorCorrection correction;
   double rolling_friction = 0;              // m
   double spinning_friction = 0;             // m

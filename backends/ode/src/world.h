@@ -64,12 +64,6 @@ class World final : public BackendWorld {
     }
   };
 
-  // What friction did in the last solve where two bodies lie on each other, in the mean of their points.
-  struct Held {
-    Vector3 braked = Vector3::Zero();  // N*s on b; nothing where it was far less than it could have been
-    double grip = 0;                   // N*s, the most that it could have been
-  };
-
   static void Move(Body& body, const Pose& pose);
   void PlaceMoved(GeometryRow row);
   bool IsBody(EntityRow row) const { return Index(row) < bodies_.size() && !bodies_[Index(row)].id.is_null(); }
@@ -102,7 +96,6 @@ class World final : public BackendWorld {
   void LoadContact(const ContactPair& pair, const ContactPoint& point, const Side& pushed, const Side& other,
                    double sign, ContactConstraint contact);
   Side SideOf(EntityRow row, const StateArrays& state) const;
-  void FindHeld(uint32_t island, const ContactBuffer& contacts);
   void StoreImpulses(ContactBuffer& contacts);
   void StoreBodies(uint32_t island, StateArrays& state);
 
@@ -126,7 +119,6 @@ class World final : public BackendWorld {
   std::vector<EntityRow> scaled_;  // who is harder to turn
   std::vector<EntityRow> driven_;  // of the island that is being swept, who moves by itself
   std::vector<Solved> solved_;     // of the island that is being solved all at once
-  std::vector<Held> held_;         // of its pairs
 };
 
 }  // namespace genphys::ode_backend

@@ -17,12 +17,6 @@ constexpr size_t kUnevenRowsMax = 144;
 // something light would, and stands as straight. Less than the least leaves the exact solver too few of the digits of a
 // number.
 constexpr double kLeastSoftness = 1e-5;
-// The part of what friction may do from which on it matters in which direction it is bounded. With less, that direction
-// is noise.
-constexpr double kStrained = 0.5;
-// Cosine between the normals of pairs that lie on the same surface.
-constexpr double kSameNormal = 0.999;
-
 bool IsFinite(const Motion& motion) {
   return motion.position.allFinite() && motion.orientation.coeffs().allFinite() && motion.linear_velocity.allFinite() &&
          motion.angular_velocity.allFinite();
@@ -131,37 +125,8 @@ void World::LoadRows(uint32_t island, const StateArrays& state, std::span<JointR
   }
 }
 
-// Pairs of the same two bodies, as of the feet of a table and the floor, count together: those that held against each
-// other across the load would each hold along another direction than that, and all of them more than friction can. How
-// the points of a pair share what holds it is left to chance, so that they count together as well.
-void World::FindHeld(uint32_t island, const ContactBuffer& contacts) {
-  const std::span<const uint32_t> pairs = islands_.PairsOf(island);
-  held_.clear();
-  const auto is_alike = [&](const ContactPair& a, const ContactPair& b) {
-    return a.entity_a == b.entity_a && a.entity_b == b.entity_b && a.point_count > 0 && b.point_count > 0 &&
-           contacts.points[a.first_point].normal.dot(contacts.points[b.first_point].normal) > kSameNormal;
-  };
-  // They follow each other in the contact buffer.
-  for (size_t first = 0, last = 0; first < pairs.size(); first = last) {
-    Vector3 braked = Vector3::Zero();
-    double grip = 0, count = 0;
-    for (; last < pairs.size(); ++last) {
-      const ContactPair& pair = contacts.pairs[pairs[last]];
-      if (last > first && !is_alike(contacts.pairs[pairs[first]], pair)) break;
-      const PointImpulse& before = memory_.pairs()[pairs[last]].before;
-      braked += before.friction;
-      if (pair.point_count > 0) grip += contacts.points[pair.first_point].friction * before.normal;
-      count += pair.point_count;
-    }
-    const bool is_strained = braked.norm() > kStrained * grip;
-    const Held held{is_strained ? Vector3(braked / count) : Vector3::Zero(), count > 0 ? grip / count : 0};
-    held_.resize(last, held);
-  }
-}
-
 void World::LoadContacts(uint32_t number, double softness, const StateArrays& state, const ContactBuffer& contacts) {
   solved_.clear();
-  FindHeld(number, contacts);
   const bool is_jointed = islands_.islands()[number].joint_rows > 0;
   const std::span<const uint32_t> pairs = islands_.PairsOf(number);
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -172,7 +137,6 @@ void World::LoadContacts(uint32_t number, double softness, const StateArrays& st
     const Side &pushed = sign > 0 ? b : a, &other = sign > 0 ? a : b;
     ContactConstraint contact{.body = pushed.solved_as,
                               .other = other.solved_as,
-                              .grip = held_[i].grip,
                               .is_jointed = is_jointed,
                               .correction = pair.correction,
                               .rolling_friction = pair.material.rolling_friction,
@@ -183,9 +147,7 @@ void World::LoadContacts(uint32_t number, double softness, const StateArrays& st
     for (uint32_t j = 0; j < pair.point_count; ++j) {
       const ContactPoint& point = contacts.points[pair.first_point + j];
       if (point.is_ahead) continue;
-      // The points of a wheel are new ones all the time.
-      const bool is_new = memory_.pairs()[pairs[i]].impulses[j].normal == 0;
-      contact.braked = is_new ? Vector3(Vector3::Zero()) : Vector3(sign * held_[i].braked);
+      contact.grip = point.friction * memory_.pairs()[pairs[i]].load / pair.point_count;
       LoadContact(pair, point, pushed, other, sign, contact);
       solved_.push_back({pairs[i], j, sign});
     }

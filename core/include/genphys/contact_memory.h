@@ -42,8 +42,7 @@ class ContactMemory {
     double interval = 0;       // s, for which the impulses acted
     PerPoint<Vector3> places;  // of the points in the frame of one side
     PerPoint<PointImpulse> impulses;
-    // What the solve before passed on to b in all, also where none of its points is left, scaled to the interval.
-    PointImpulse before;
+    double load = 0;  // N*s along the normal in the solve before, of all its points then, scaled to the interval
   };
 
   /// What becomes of an entity in the next solve.
@@ -99,7 +98,7 @@ class ContactMemory {
   void AddSolved(const Key& key, const Placement& frame, double interval, std::span<const ContactPoint> points,
                  std::span<const ContactPoint> solved);
 
-  /// A memory of what was before the last list: in all, and of no point.
+  /// A memory of what was before the last list: loads alone, and of no point.
   ContactMemory OfBefore() const;
 
   /// Tells that a body moves again, or does not until it is told again.

@@ -79,11 +79,8 @@ void ContactMemory::Add(const Key& key, const Placement& frame, double interval,
   if (next_before_ == before_.size() || before_[next_before_].key != key) return;
   Pair& old = before_[next_before_++];
   const double scale = ImpulseScale(old.interval, interval);
-  for (const PointImpulse& impulse : old.impulses) {
-    pair.before.normal += scale * impulse.normal;
-    pair.before.friction += scale * impulse.friction;
-    pair.before.torque += scale * impulse.torque;
-  }
+  // The points of a wheel are new ones all the time.
+  for (const PointImpulse& impulse : old.impulses) pair.load += scale * impulse.normal;
   for (size_t i = 0; i < points.size(); ++i) {
     if (points[i].is_ahead) continue;
     const PointImpulse last = TakeImpulseAt(pair.places[i], old);
@@ -110,7 +107,7 @@ ContactMemory ContactMemory::OfBefore() const {
     Pair& before = memory.pairs_.emplace_back();
     before.key = pair.key;
     before.interval = pair.interval;
-    before.impulses.push_back(pair.before);
+    before.impulses.push_back({.normal = pair.load});
   }
   return memory;
 }

@@ -10,8 +10,6 @@
 namespace genphys {
 namespace {
 
-// Less than the twice from which on friction that follows the slip overshoots.
-constexpr double kEasy = 1.5;
 // Of the slip that there would be without what friction did: with more than this part of it, the slip itself tells its
 // direction.
 constexpr double kKnownPart = 0.9;
@@ -24,13 +22,6 @@ constexpr double kNoSpin = 1e-9;
 
 Vector3 VelocityAt(const SweptBody& body, const Vector3& place) {
   return body.linear_velocity + body.angular_velocity.cross(place - body.center);
-}
-
-// m/s per N*s, of one side against the other.
-double Mobility(const Vector3& direction, const Vector3& place, const SweptBody& a, const SweptBody& b) {
-  SolverRow row;
-  FillPush(direction, place, a, b, row);
-  return row.mobility;
 }
 
 }  // namespace
@@ -170,14 +161,11 @@ void ContactSweeps::Impl::AddFrictions(const AddedPair& added, size_t number, co
   const Surface surface{place, run, impulse.normal, point.friction};
   AddFriction(directions[0], surface);
   // Sweeps follow the slip from step to step, so that one direction is enough for them where points lie beside each
-  // other: each of them is in the way of what turns about another. Of points on a line none is. What is more than twice
-  // as easy to move across it as along it, because it may roll, overshoots by the part of friction that is across, and
-  // by more in each step. What is solved all at once is held in both: a wheel that is driven one way would drift the
-  // other. So is what may slip soon, or it would by what is left over across the load, and among few points all that
-  // bears a load. But not what slides: what it is held in one direction by would hold it in the other, too.
+  // other: each of them is in the way of what turns about another. Of points on a line none is. What is solved all at
+  // once is held in both: a wheel that is driven one way would drift the other. So is what may slip soon, or it would
+  // by what is left over across the load, and among few points all that bears a load. But not what slides: what it is
+  // held in one direction by would hold it in the other, too.
   const bool is_held = direct || (are_few_ && grip.bears && !grip.is_on_a_line);
-  const auto mobility = [&](const Vector3& direction) { return Mobility(direction, place, a, b); };
-  const bool may_roll = grip.is_on_a_line && mobility(directions[1]) > kEasy * mobility(directions[0]);
   // Nor does anything tell a direction for what does not slip, and did not, where something in its island goes along
   // surfaces: that may be braked or pushed from now on, and what lies on it or below with it. What stands on an edge or
   // a corner tips over it, whatever went before, and where nothing else holds it it would slip another way in each step
@@ -185,7 +173,7 @@ void ContactSweeps::Impl::AddFrictions(const AddedPair& added, size_t number, co
   const bool may_tip = are_few_ && grip.is_on_a_line;
   const bool is_unknown = are_few_ && along.norm() < kNoDirection * soon && (goes_along_ || may_tip);
   const bool is_pivot = may_tip && grips_.AreAllOne() && along.norm() <= soon;
-  if (bears || ((is_held || may_roll || is_pivot) && !slides) || is_unknown) AddFriction(directions[1], surface);
+  if (bears || ((is_held || is_pivot) && !slides) || is_unknown) AddFriction(directions[1], surface);
 }
 
 void ContactSweeps::Impl::AddFriction(const Vector3& direction, const Surface& surface) {
