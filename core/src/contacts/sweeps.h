@@ -71,7 +71,7 @@ class ContactSweeps::Impl {
   double SweepTorsions();
   void PushApart();
   // One turn of a row in a sweep. Returns the change of its rate, and notes it.
-  double Resolve(SolverRow& row, double wanted, double lower, double upper) {
+  [[gnu::always_inline]] double Resolve(SolverRow& row, double wanted, double lower, double upper) {
     return Noted(row, Relax(row, wanted, lower, upper, row.impulse, changes_[row.a], changes_[row.b]));
   }
   double ResolveInDisc(SolverRow& first, SolverRow& second, double most) {

@@ -351,7 +351,7 @@ class Group {
   template <typename Visit>
   void VisitMoved(const Blow& blow, Visit&& visit) const {
     for (const uint32_t body : {blow.body_a, blow.body_b}) {
-      const std::span<const uint32_t> tied = ties_.With(body);
+      const std::span<const uint32_t> tied = ties_.empty() ? std::span<const uint32_t>() : ties_.With(body);
       if (tied.empty()) visit(body);
       for (const uint32_t each : tied) visit(each);
     }

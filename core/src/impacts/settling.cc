@@ -218,9 +218,15 @@ Vector2 Settling::Rubbed(const Vector2& slip, double bound) const {
   return wanted - present;
 }
 
+// Its two bodies are read and written once.
 void Settling::Give(const Vector3& impulse, std::span<Speeds> speeds, std::span<const Passed> passed) {
   impulse_ += impulse;
-  for (int i = 0; i < 3; ++i) Push(i, impulse[i], speeds, passed);
+  Speeds a = speeds[blow_->body_a], b = speeds[blow_->body_b];
+  for (int i = 0; i < 3; ++i) along_[i].Push(impulse[i], a, b);
+  speeds[blow_->body_a] = a;
+  speeds[blow_->body_b] = b;
+  if (!is_tied_) return;
+  for (int i = 0; i < 3; ++i) along_[i].PassOn(impulse[i], passed, speeds);
 }
 
 }  // namespace genphys

@@ -36,12 +36,12 @@ class Along {
         std::vector<Passed>& passed);
 
   /// How fast b goes this way against a, m/s.
-  double Rate(const Speeds& a, const Speeds& b) const {
+  [[gnu::always_inline]] double Rate(const Speeds& a, const Speeds& b) const {
     return (axis_.cwiseProduct(b.linear - a.linear) + a_.lever.cwiseProduct(a.angular) +
             b_.lever.cwiseProduct(b.angular))
         .sum();
   }
-  void Push(double impulse, Speeds& a, Speeds& b) const {
+  [[gnu::always_inline]] void Push(double impulse, Speeds& a, Speeds& b) const {
     a.linear += impulse * a_.shift;
     b.linear += impulse * b_.shift;
     a.angular += impulse * a_.turn;
