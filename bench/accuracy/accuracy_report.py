@@ -43,6 +43,8 @@ REASONS: dict[str, str] = {
     "B5": "at steps this coarse our errors still rise and fall with the step: it does not converge yet",
     "B11.hanging": "what only hangs is right to a millionth of its length in both; our error falls with the square of the "
                    "step, and begins higher",
+    "C6.hung": "what a blow that joints pass on costs is paid once, however few the steps; from a third as much again on "
+               "ours is ahead",
 }
 """Why our model is not ahead at equal cost, by problem."""
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "genphys/leaps.h"
+#include "core/src/contacts/leaps.h"
 
 namespace genphys {
 namespace {

@@ -2,10 +2,10 @@
 #include <vector>
 
 #include "contacts/grips.h"
+#include "contacts/leaps.h"
 #include "contacts/solver_rows.h"
 #include "contacts/stirred.h"
 #include "genphys/contact_sweeps.h"
-#include "genphys/leaps.h"
 
 namespace genphys {
 

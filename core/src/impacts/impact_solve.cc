@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "genphys/leaps.h"
+#include "contacts/leaps.h"
 #include "impacts/blow_groups.h"
 #include "impacts/impact_newton.h"
 #include "impacts/settling.h"

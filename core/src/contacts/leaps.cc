@@ -1,4 +1,4 @@
-#include "genphys/leaps.h"
+#include "contacts/leaps.h"
 
 namespace genphys {
 namespace {
