@@ -55,6 +55,7 @@ TEST_P(RollingOverSeams, LosesNothingAndStaysOnTheFloor) {
           // energy.
           EXPECT_LT((VelocityOf(*world, id) - velocity).norm(), 1e-3 * speed)
               << "shape " << shape.index() << ", " << radius << " m, " << speed << " m/s, heading " << heading;
+          // Where it closes so slowly it sinks by as much: 1.02e-5 for the smallest ball at 0.7 m/s.
           EXPECT_LT(highest, 2e-5);
         }
       }

@@ -175,8 +175,8 @@ TEST_P(Solvers, SweepsHoldAndSlideOnWhatCanMoveAsCoulombSays) {
 
       Steps(*crowd.world, 60);
 
-      // What slides begins to in one of the first few steps. What holds is left with at most 1e-9 m/s;
-      // held by what it has no direction for it keeps 1e-2 and more.
+      // What slides begins to in one of the first few steps. What holds stands still; held by what it has no direction
+      // for it keeps 1e-2 and more.
       const double slides = std::max(slope - 1, 0.0) * kPlateFriction * kGravity;
       const double tolerance = slope > 1 ? 0.2 * slides : 1e-6;
       for (const EntityId id : crowd.plates) {

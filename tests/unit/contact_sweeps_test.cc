@@ -36,6 +36,7 @@ struct OnFloor {
   PointImpulse impulse;
 };
 
+// All at once contacts give way by 1e-7 of what they are.
 TEST(ContactSweeps, StopWhatFallsOnTheFloorInSweepsAndAllAtOnce) {
   for (const bool direct : {false, true}) {
     OnFloor scene;

@@ -121,11 +121,15 @@ void ContactMemory::Remove(EntityId id) {
   std::vector<Pair> forgotten;
   resting_.TakeOf(id.packed(), forgotten);
   removed_.push_back(id);
+  // Where nothing moves no list is ever begun.
+  if (removed_.size() > pairs_.size()) ForgetRemoved();
 }
 
 void ContactMemory::Save(std::string& bytes) const {
   std::vector<const Pair*> all;
-  const auto is_removed = [&](EntityId id) { return std::ranges::count(removed_, id) > 0; };
+  std::vector<EntityId> removed = removed_;
+  std::ranges::sort(removed);
+  const auto is_removed = [&](EntityId id) { return std::ranges::binary_search(removed, id); };
   const auto add = [&](const Pair& pair) {
     if (!is_removed(pair.key.a) && !is_removed(pair.key.b)) all.push_back(&pair);
   };
