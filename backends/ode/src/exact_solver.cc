@@ -17,9 +17,6 @@ namespace {
 // Softness of a contact, of the inverse of the masses that it moves: the solver divides by what redundant contacts
 // leave over.
 constexpr double kSoftness = 1e-4;
-constexpr size_t kContactsMax = 100;
-// The time it takes grows with the cube of the rows.
-constexpr size_t kRowsMax = 300;
 // It eliminates one contact after the other. Where a feather meets a mountain too little is left of the sixteen digits
 // of a number, and it fails; sweeps only come nearer the solution more slowly. Contacts alone bear more than joints do,
 // which are not soft.
@@ -165,8 +162,8 @@ void ExactSolver::SetBody(uint32_t body, const MassProperties& mass, const Motio
   dBodySetAngularVel(id, w.x(), w.y(), w.z());
 }
 
-bool ExactSolver::MaySolve(size_t contacts, size_t rows, double spread) {
-  return contacts <= kContactsMax && rows <= kRowsMax && spread <= (rows > 0 ? kSpreadMaxJointed : kSpreadMax);
+bool ExactSolver::MaySolve(bool is_jointed, double spread) {
+  return spread <= (is_jointed ? kSpreadMaxJointed : kSpreadMax);
 }
 
 void ExactSolver::Reserve(size_t contacts, size_t rows) {

@@ -67,9 +67,9 @@ class ExactSolver {
   void Begin(uint32_t count, double step_size, double pull);
   /// Each of 0..count-1 must be set.
   void SetBody(uint32_t body, const MassProperties& mass, const Motion& motion);
-  /// Whether so many contacts and rows can be solved all at once, the easiest of which gives way to a push `spread`
-  /// times more than the hardest.
-  static bool MaySolve(size_t contacts, size_t rows, double spread);
+  /// Whether contacts, with or without joints, can be solved all at once, the easiest of which gives way to a push
+  /// `spread` times more than the hardest.
+  static bool MaySolve(bool is_jointed, double spread);
 
   /// Tells how many contacts and rows of joints will be added at most; must be called before the first.
   void Reserve(size_t contacts, size_t rows);

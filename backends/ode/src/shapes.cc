@@ -43,36 +43,24 @@ bool HasEdges(const Shape& shape) {
 
 void GeomDeleter::operator()(dxGeom* geom) const { dGeomDestroy(geom); }
 
-PlacedShape::PlacedShape(EntityRow entity, const Geometry& geometry)
-    : entity_(entity),
-      id_(geometry.id),
-      shape_(geometry.shape),
-      position_in_entity_(geometry.pose_in_entity.position),
-      rotation_in_entity_(geometry.pose_in_entity.orientation.toRotationMatrix()),
-      is_at_entity_(geometry.pose_in_entity == Pose{}),
-      reach_(std::min(kReachMax, kReachPart * SmallestHalfExtent(shape_))),
-      skin_(HasEdges(shape_) ? 0 : reach_ + kReachMax),
-      geom_(std::visit([this](const auto& s) { return Create(s, skin_); }, shape_)) {}
+OdeShape::OdeShape(const Shape& shape)
+    : reach_(std::min(kReachMax, kReachPart * SmallestHalfExtent(shape))),
+      skin_(HasEdges(shape) ? 0 : reach_ + kReachMax),
+      geom_(std::visit([this](const auto& s) { return Create(s, skin_); }, shape)) {}
 
-void PlacedShape::Place(const Vector3& position, const Quaternion& orientation) {
-  position_ = position;
-  rotation_ = orientation.toRotationMatrix();
-  if (!is_at_entity_) {
-    position_ += rotation_ * position_in_entity_;
-    rotation_ *= rotation_in_entity_;
-  }
-  if (is_plane()) {
-    const Plane& plane = std::get<Plane>(shape_);
-    const Vector3 normal = rotation_ * plane.normal;
-    dGeomPlaneSetParams(geom(), normal.x(), normal.y(), normal.z(), plane.offset + normal.dot(position_) + skin_);
+void OdeShape::Follow(const PlacedGeometry& geometry) {
+  if (geom_ == nullptr) return;
+  const auto& [position, rotation] = geometry.placement;
+  if (const auto* const plane = std::get_if<Plane>(&geometry.shape)) {
+    const Vector3 normal = rotation * plane->normal;
+    dGeomPlaneSetParams(geom(), normal.x(), normal.y(), normal.z(), plane->offset + normal.dot(position) + skin_);
     return;
   }
-  if (geom_ == nullptr) return;
   dMatrix3 rows = {};
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) rows[4 * row + column] = rotation_(row, column);
+    for (int column = 0; column < 3; ++column) rows[4 * row + column] = rotation(row, column);
   }
-  dGeomSetPosition(geom(), position_.x(), position_.y(), position_.z());
+  dGeomSetPosition(geom(), position.x(), position.y(), position.z());
   dGeomSetRotation(geom(), rows);
 }
 

@@ -3,20 +3,18 @@
 #include <array>
 #include <utility>
 
+#include "genphys/push_spread.h"
 #include "library.h"
 #include "world.h"
 
 namespace genphys::ode_backend {
 namespace {
 
-// An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
-constexpr size_t kAutomaticRowsMax = 160;
-// So is one without joints that has no more rows than this, if weights in it are uneven.
-constexpr size_t kUnevenRowsMax = 144;
 // What is uneven gives way less, by as much as it is more uneven, so that what is heavy sinks in no deeper than
 // something light would, and stands as straight. Less than the least leaves the exact solver too few of the digits of a
 // number.
 constexpr double kLeastSoftness = 1e-5;
+
 bool IsFinite(const Motion& motion) {
   return motion.position.allFinite() && motion.orientation.coeffs().allFinite() && motion.linear_velocity.allFinite() &&
          motion.angular_velocity.allFinite();
@@ -24,42 +22,38 @@ bool IsFinite(const Motion& motion) {
 
 }  // namespace
 
+void World::SolveIsland(uint32_t island, const Call& call) {
+  double softness = 1;
+  const bool is_exact = IsExact(island, call, softness);
+  if (is_exact) most_exact_ = std::max(most_exact_, static_cast<uint32_t>(islands().RowsOf(island).size()));
+  if (!is_exact || !SolveExactly(island, softness, call)) Sweep(island, call);
+}
+
 // Stacks are what the exact solver is worst at, unless they are small and of very different weights; joints are what it
 // is best at.
-bool World::IsExact(uint32_t number, const StateArrays& state, const ContactBuffer& contacts,
-                    std::span<const JointRow> joint_rows, double& softness) const {
-  const Islands::Island& island = islands_.islands()[number];
-  const size_t rows = 3 * island.contacts + island.joint_rows;
-  const bool is_asked_for = settings_.solver == Solver::kDirect;
-  const bool is_small = rows <= (island.joint_rows > 0 ? kAutomaticRowsMax : kUnevenRowsMax);
-  if (settings_.solver == Solver::kIterative || has_failed_exactly_ || !(is_asked_for || is_small)) return false;
-  const auto mass_of = [&](EntityRow row) -> PushSpread::Mass {
-    const MassProperties& mass = bodies_[Index(row)].mass;
-    return {MotionOf(row, state).position, 1 / mass.mass, mass.inverse_tensor.norm()};
-  };
-  const double spread = PushSpread::Of(islands_, number, contacts, joint_rows, mass_of);
-  const bool is_uneven = island.joint_rows == 0 && spread >= PushSpread::kUneven;
-  if (is_uneven) softness = std::max(kLeastSoftness, 1 / spread);
-  if (!is_asked_for && island.joint_rows == 0 && !is_uneven) return false;
-  return ExactSolver::MaySolve(island.contacts, island.joint_rows, spread);
+bool World::IsExact(uint32_t number, const Call& call, double& softness) const {
+  if (has_failed_exactly_ || !IsForDirect(number, call)) return false;
+  const bool is_jointed = islands().islands()[number].joint_rows > 0;
+  const double spread = SpreadOf(number, call);
+  if (!is_jointed && spread >= PushSpread::kUneven) softness = std::max(kLeastSoftness, 1 / spread);
+  return ExactSolver::MaySolve(is_jointed, spread);
 }
 
 // False if what came out means nothing.
-bool World::SolveExactly(uint32_t island, double softness, double step_size, StateArrays& state,
-                         ContactBuffer& contacts, std::span<JointRow> joint_rows) {
+bool World::SolveExactly(uint32_t island, double softness, const Call& call) {
   if (!exact_) exact_.emplace();
-  exact_->Begin(static_cast<uint32_t>(islands_.RowsOf(island).size()), step_size, contacts.pull);
-  exact_->Reserve(islands_.islands()[island].contacts, islands_.JointRowsOf(island).size());
-  LoadBodies(island, state);
-  LoadContacts(island, softness, state, contacts);
-  LoadRows(island, state, joint_rows);
+  exact_->Begin(static_cast<uint32_t>(islands().RowsOf(island).size()), call.step_size, call.contacts.pull);
+  exact_->Reserve(islands().islands()[island].contacts, islands().JointRowsOf(island).size());
+  LoadBodies(island, call.state);
+  LoadContacts(island, softness, call);
+  LoadRows(island, call);
   const bool is_solved = StepExactly(island);
   if (is_solved) {
     exact_->TakeRowImpulses();
-    StoreImpulses(contacts);
-    StoreBodies(island, state);
+    StoreImpulses(call.contacts);
+    StoreBodies(island, call.state);
   }
-  for (const EntityRow row : islands_.RowsOf(island)) bodies_[Index(row)].solved_as = kUnsolved;
+  for (const EntityRow row : islands().RowsOf(island)) body(row).number = kUnsolved;
   return is_solved;
 }
 
@@ -74,7 +68,7 @@ bool World::StepExactly(uint32_t island) {
     has_failed_exactly_ = true;
     return false;
   }
-  for (uint32_t i = 0; i < islands_.RowsOf(island).size(); ++i) {
+  for (uint32_t i = 0; i < islands().RowsOf(island).size(); ++i) {
     if (!IsFinite(exact_->motion(i))) return false;
   }
   return Complaints() == complaints;
@@ -82,72 +76,76 @@ bool World::StepExactly(uint32_t island) {
 
 void World::LoadBodies(uint32_t island, const StateArrays& state) {
   uint32_t number = 0;
-  for (const EntityRow row : islands_.RowsOf(island)) {
-    Body& body = bodies_[Index(row)];
-    body.solved_as = number++;
+  for (const EntityRow row : islands().RowsOf(island)) {
+    Body& loaded = body(row);
+    loaded.number = number++;
     const Motion motion = MotionOf(row, state);
-    if (body.inertia_factor == 1) {
-      exact_->SetBody(body.solved_as, body.mass, motion);
+    if (loaded.inertia_factor == 1) {
+      exact_->SetBody(loaded.number, loaded.mass, motion);
       continue;
     }
-    MassProperties mass = body.mass;
-    mass.tensor *= body.inertia_factor;
-    mass.inverse_tensor /= body.inertia_factor;
-    exact_->SetBody(body.solved_as, mass, motion);
+    MassProperties mass = loaded.mass;
+    mass.tensor *= loaded.inertia_factor;
+    mass.inverse_tensor /= loaded.inertia_factor;
+    exact_->SetBody(loaded.number, mass, motion);
   }
 }
 
+Motion World::MotionOf(EntityRow row, const StateArrays& state) const {
+  return {body(row).CenterOfMass(), body(row).pose.orientation, state.linear_velocities.col(Index(row)),
+          state.angular_velocities.col(Index(row))};
+}
+
 World::Side World::SideOf(EntityRow row, const StateArrays& state) const {
-  const Body& body = bodies_[Index(row)];
-  if (body.motion_type == MotionType::kStatic || !body.is_active) return {};
+  if (body(row).motion_type == MotionType::kStatic || !body(row).is_active) return {};
   const Motion motion = MotionOf(row, state);
-  return {body.solved_as, motion.position, motion.linear_velocity, motion.angular_velocity};
+  return {body(row).number, motion.position, motion.linear_velocity, motion.angular_velocity};
 }
 
 // Where each row of a block starts from when the other side moves by itself.
-void World::LoadRows(uint32_t island, const StateArrays& state, std::span<JointRow> joint_rows) {
+void World::LoadRows(uint32_t island, const Call& call) {
   const auto side_of = [&](EntityRow row) {
     // The world and entities without physics stand still.
-    return IsBody(row) ? SideOf(row, state) : Side{};
+    return IsBody(row) ? SideOf(row, call.state) : Side{};
   };
-  const std::span<const uint32_t> own = islands_.JointRowsOf(island);
-  for (size_t first = 0; first < own.size(); first += joint_rows[own[first]].block) {
-    const std::span<JointRow> block = joint_rows.subspan(own[first], joint_rows[own[first]].block);
+  const std::span<const uint32_t> own = islands().JointRowsOf(island);
+  for (size_t first = 0; first < own.size(); first += call.joint_rows[own[first]].block) {
+    const std::span<JointRow> block = call.joint_rows.subspan(own[first], call.joint_rows[own[first]].block);
     const Side a = side_of(block[0].a), b = side_of(block[0].b);
     std::array<double, 3> given_rates{};
     for (size_t i = 0; i < block.size(); ++i) {
       const JointRow& row = block[i];
       const bool is_geared = row.kind == JointRow::Kind::kGeared;
-      if (a.solved_as == kUnsolved) given_rates[i] += a.RateOf(row, is_geared ? row.axis : -row.axis);
-      if (b.solved_as == kUnsolved) given_rates[i] += b.RateOf(row, is_geared ? row.axis_b : row.axis);
+      if (a.number == kUnsolved) given_rates[i] += a.RateOf(row, is_geared ? row.axis : -row.axis);
+      if (b.number == kUnsolved) given_rates[i] += b.RateOf(row, is_geared ? row.axis_b : row.axis);
     }
-    exact_->AddRows(block, a.solved_as, b.solved_as, given_rates);
+    exact_->AddRows(block, a.number, b.number, given_rates);
   }
 }
 
-void World::LoadContacts(uint32_t number, double softness, const StateArrays& state, const ContactBuffer& contacts) {
+void World::LoadContacts(uint32_t number, double softness, const Call& call) {
   solved_.clear();
-  const bool is_jointed = islands_.islands()[number].joint_rows > 0;
-  const std::span<const uint32_t> pairs = islands_.PairsOf(number);
+  const bool is_jointed = islands().islands()[number].joint_rows > 0;
+  const std::span<const uint32_t> pairs = islands().PairsOf(number);
   for (size_t i = 0; i < pairs.size(); ++i) {
-    const ContactPair& pair = contacts.pairs[pairs[i]];
-    const Side a = SideOf(pair.entity_a, state), b = SideOf(pair.entity_b, state);
+    const ContactPair& pair = call.contacts.pairs[pairs[i]];
+    const Side a = SideOf(pair.entity_a, call.state), b = SideOf(pair.entity_b, call.state);
     // The solver pushes one side away from the other, and the one that it pushes must be movable.
-    const double sign = b.solved_as != kUnsolved ? 1 : -1;
+    const double sign = b.number != kUnsolved ? 1 : -1;
     const Side &pushed = sign > 0 ? b : a, &other = sign > 0 ? a : b;
-    ContactConstraint contact{.body = pushed.solved_as,
-                              .other = other.solved_as,
+    ContactConstraint contact{.body = pushed.number,
+                              .other = other.number,
                               .is_jointed = is_jointed,
                               .correction = pair.correction,
                               .rolling_friction = pair.material.rolling_friction,
                               .spinning_friction = pair.material.spinning_friction,
                               .relative_spin = pushed.angular_velocity - other.angular_velocity,
-                              .other_spin = other.solved_as == kUnsolved ? other.angular_velocity : Vector3::Zero(),
+                              .other_spin = other.number == kUnsolved ? other.angular_velocity : Vector3::Zero(),
                               .softness = softness};
     for (uint32_t j = 0; j < pair.point_count; ++j) {
-      const ContactPoint& point = contacts.points[pair.first_point + j];
+      const ContactPoint& point = call.contacts.points[pair.first_point + j];
       if (point.is_ahead) continue;
-      contact.grip = point.friction * memory_.pairs()[pairs[i]].load / pair.point_count;
+      contact.grip = point.friction * remembered()[pairs[i]].load / pair.point_count;
       LoadContact(pair, point, pushed, other, sign, contact);
       solved_.push_back({pairs[i], j, sign});
     }
@@ -157,7 +155,7 @@ void World::LoadContacts(uint32_t number, double softness, const StateArrays& st
 void World::LoadContact(const ContactPair& pair, const ContactPoint& point, const Side& pushed, const Side& other,
                         double sign, ContactConstraint contact) {
   const Vector3 other_velocity = other.VelocityAt(point.position);
-  const bool moves_by_itself = other.solved_as == kUnsolved;
+  const bool moves_by_itself = other.number == kUnsolved;
   // How the surface of the pushed side runs against that of the other.
   const auto across = [&](const Vector3& v) { return Vector3(sign * (v - point.normal * point.normal.dot(v))); };
   const Vector3 run = across(pair.surface_velocity + pair.bend);
@@ -180,20 +178,20 @@ void World::StoreImpulses(ContactBuffer& contacts) {
     const Vector3 impulse = solved.sign * exact_->Impulse(i);
     point.normal_impulse = impulse.dot(point.normal);
     point.friction_impulse = impulse - point.normal_impulse * point.normal;
-    memory_.pairs()[solved.pair].impulses[solved.point] = {std::max(point.normal_impulse, 0.0), point.friction_impulse,
-                                                           Vector3::Zero()};
+    remembered()[solved.pair].impulses[solved.point] = {std::max(point.normal_impulse, 0.0), point.friction_impulse,
+                                                        Vector3::Zero()};
   }
 }
 
 void World::StoreBodies(uint32_t island, StateArrays& state) {
-  for (const EntityRow row : islands_.RowsOf(island)) {
-    const Body& body = bodies_[Index(row)];
-    const Motion motion = exact_->motion(body.solved_as);
+  for (const EntityRow row : islands().RowsOf(island)) {
+    const Motion motion = exact_->motion(body(row).number);
     state.linear_velocities.col(Index(row)) = motion.linear_velocity;
     state.angular_velocities.col(Index(row)) = motion.angular_velocity;
     Pose pose{motion.position, motion.orientation};
-    if (!body.is_centered) pose.position -= motion.orientation * body.mass.center_of_mass;
-    StorePose(row, pose, state);
+    const Vector3& center = body(row).mass.center_of_mass;
+    if (!center.isZero(0)) pose.position -= motion.orientation * center;
+    Move(row, pose, state);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 
+#include "genphys/bounded_solver.h"
 #include "genphys/contact.h"
 #include "genphys/contact_memory.h"
 #include "genphys/joint_row.h"
@@ -65,8 +66,8 @@ class ContactSweeps {
   /// Adds a row of a joint; kFixed is a side that cannot be moved and stands still. Solve() writes its impulse back.
   void AddRow(uint32_t a, uint32_t b, JointRow& row);
 
-  /// Solves. All at once, if it shall be `direct` and the equations let it; else in sweeps.
-  void Solve(bool direct);
+  /// Solves. All at once, with the help of `direct`, if there is one and the equations let it; else in sweeps.
+  void Solve(BoundedSolver* direct = nullptr);
 
   /// A body by its number: what Solve() made of it.
   const SweptBody& body(uint32_t number) const;

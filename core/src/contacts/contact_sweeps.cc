@@ -47,7 +47,7 @@ void ContactSweeps::AddPair(uint32_t a, uint32_t b, const ContactPair& pair, std
 
 void ContactSweeps::AddRow(uint32_t a, uint32_t b, JointRow& row) { impl_->AddRow(a, b, row); }
 
-void ContactSweeps::Solve(bool direct) { impl_->Solve(direct); }
+void ContactSweeps::Solve(BoundedSolver* direct) { impl_->Solve(direct); }
 
 const SweptBody& ContactSweeps::body(uint32_t number) const { return impl_->body(number); }
 

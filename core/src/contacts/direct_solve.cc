@@ -7,8 +7,8 @@
 namespace genphys {
 namespace {
 
-constexpr int kSweepsPerRound = 20;
-constexpr int kRoundsMax = 30;
+// What rests does so by what it was started from, and then fewer suffice.
+constexpr int kSweepsMax = 20;
 // m/s or rad/s: sweeps end once nothing changes by more, or by more than this part of what impulses do by themselves,
 // which is where something heavy lies on something light much more than all of them do together.
 constexpr double kSettled = 1e-13;
@@ -58,63 +58,32 @@ Eigen::VectorXd DirectSolve::Wanted(const std::vector<size_t>& of) const {
   return wanted;
 }
 
-std::pair<double, double> DirectSolve::BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
-                                                const Eigen::VectorXd& impulses) const {
-  const auto& [lower, upper, bounded_by] = row.bounds;
-  const double scale = bounded_by == kFree ? 1 : std::abs(impulses[place[static_cast<size_t>(bounded_by)]]);
-  return {scale * lower, scale * upper};
-}
-
-void DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
+bool DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
                                const std::vector<size_t>& bounded, Eigen::VectorXd& impulses) const {
-  // Places of the rows that bound others, by row.
-  std::vector<Eigen::Index> place(rows_.size());
-  for (size_t i = 0; i < bounded.size(); ++i) place[bounded[i]] = static_cast<Eigen::Index>(i);
-  const auto bounds_of = [&](Eigen::Index i) {
-    return BoundsOf(rows_[bounded[static_cast<size_t>(i)]], place, impulses);
-  };
+  std::vector<int> place(rows_.size());
+  for (size_t i = 0; i < bounded.size(); ++i) place[bounded[i]] = static_cast<int>(i);
+  std::vector<Bounds> bounds;
+  for (const size_t number : bounded) {
+    Bounds& added = bounds.emplace_back(rows_[number].bounds);
+    if (added.bounded_by != BoundedSolver::kFree) added.bounded_by = place[static_cast<size_t>(added.bounded_by)];
+  }
   const auto is_settled_after_sweep = [&] {
     double largest = 0, strongest = 0;
     for (Eigen::Index i = 0; i < impulses.size(); ++i) {
-      const auto [lower, upper] = bounds_of(i);
+      const auto& [lower, upper, bounded_by] = bounds[static_cast<size_t>(i)];
+      const double scale = bounded_by == BoundedSolver::kFree ? 1 : std::abs(impulses[bounded_by]);
       const double lacking = wanted[i] - matrix.col(i).dot(impulses);
-      const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), lower, upper);
+      const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), scale * lower, scale * upper);
       largest = std::max(largest, std::abs(impulse - impulses[i]) * matrix(i, i));
       strongest = std::max(strongest, std::abs(impulse) * matrix(i, i));
       impulses[i] = impulse;
     }
     return largest <= std::max(kSettled, kRounding * strongest);
   };
-  for (int round = 0; round < kRoundsMax; ++round) {
-    for (int i = 0; i < kSweepsPerRound; ++i) {
-      if (is_settled_after_sweep()) return;
-    }
-    std::vector<Eigen::Index> inside;
-    for (Eigen::Index i = 0; i < impulses.size(); ++i) {
-      const auto [lower, upper] = bounds_of(i);
-      if (impulses[i] > lower && impulses[i] < upper) inside.push_back(i);
-    }
-    // As far as the first of them comes to its bound, and on without that one.
-    while (!inside.empty()) {
-      const Eigen::VectorXd lacking = wanted - matrix * impulses;
-      const Eigen::MatrixXd among = matrix(inside, inside);
-      const Eigen::VectorXd change = among.ldlt().solve(lacking(inside).eval());
-      if (!change.allFinite()) return;
-      double part = 1;
-      size_t first = inside.size();
-      for (size_t i = 0; i < inside.size(); ++i) {
-        const auto [lower, upper] = bounds_of(inside[i]);
-        const double by = change[static_cast<Eigen::Index>(i)];
-        const double room = by > 0 ? upper - impulses[inside[i]] : lower - impulses[inside[i]];
-        if (by == 0 || room / by >= part) continue;
-        part = std::max(room / by, 0.0);
-        first = i;
-      }
-      impulses(inside) += part * change;
-      if (first == inside.size()) break;
-      inside.erase(inside.begin() + static_cast<std::ptrdiff_t>(first));
-    }
+  for (int i = 0; i < kSweepsMax; ++i) {
+    if (is_settled_after_sweep()) return true;
   }
+  return solver_.Solve(matrix, wanted, bounds, impulses);
 }
 
 bool DirectSolve::IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const {
@@ -142,7 +111,7 @@ bool DirectSolve::Run() {
   std::vector<size_t> free, bounded;
   for (size_t i = 0; i < rows_.size(); ++i) {
     const auto& [lower, upper, bounded_by] = rows_[i].bounds;
-    const bool is_free = bounded_by == kFree && std::isinf(lower) && std::isinf(upper);
+    const bool is_free = bounded_by == BoundedSolver::kFree && std::isinf(lower) && std::isinf(upper);
     (is_free ? free : bounded).push_back(i);
   }
   const Eigen::MatrixXd coupling = Matrix(free, bounded);
@@ -157,8 +126,10 @@ bool DirectSolve::Run() {
   }
   Eigen::VectorXd impulses(bounded.size());
   for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = *rows_[bounded[i]].impulse;
-  SolveBounded(Matrix(bounded, bounded) - coupling.transpose() * answer, Wanted(bounded) - coupling.transpose() * alone,
-               bounded, impulses);
+  if (!SolveBounded(Matrix(bounded, bounded) - coupling.transpose() * answer,
+                    Wanted(bounded) - coupling.transpose() * alone, bounded, impulses)) {
+    return false;
+  }
   const Eigen::VectorXd answered = alone - answer * impulses;
   if (!answered.allFinite() || !impulses.allFinite()) return false;
   if (!gives_way_ && IsJammed(bounded, impulses)) {

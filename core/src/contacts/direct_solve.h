@@ -1,30 +1,24 @@
 #pragma once
 #include <Eigen/Core>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "contacts/solver_rows.h"
+#include "genphys/bounded_solver.h"
 
 namespace genphys {
 
-/// Rows, solved all at once: those without bounds by elimination, and what they leave of
-/// the others by sweeps that find out which are at their bounds, in turns with the elimination of those which are not
-/// (Silcowitz, Niebe, Erleben: Projected Gauss-Seidel subspace minimization method, 2010).
+/// Rows, solved all at once: those without bounds by elimination, and what they leave of the others by sweeps where
+/// these soon come to an end, else by the engine.
 class DirectSolve {
  public:
-  static constexpr int kFree = -1;
+  using Bounds = BoundedSolver::Bounds;
 
   /// For what happens to `changes`, by body.
-  explicit DirectSolve(std::span<MotionChange> changes) : changes_(changes) {}
+  DirectSolve(BoundedSolver& solver, std::span<MotionChange> changes) : solver_(solver), changes_(changes) {}
 
-  /// From `lower` to `upper` N*s or N*m*s, or so many times the impulse of the row that was added as `bounded_by`.
-  struct Bounds {
-    double lower, upper;
-    int bounded_by = kFree;
-  };
-
-  /// Adds a row of which a solve wants `wanted` (see SolverRow), and which starts from `impulse` and has it after.
+  /// Adds a row of which a solve wants `wanted` (see SolverRow), with the number of another one as what it is bounded
+  /// by, and which starts from `impulse` and has it after.
   /// `softness` is 1/kg or 1/(kg*m^2), `slack` is added to it, of its mobility.
   void Add(const SolverRow& row, double wanted, const Bounds& bounds, double softness, double slack, double& impulse);
 
@@ -49,15 +43,13 @@ class DirectSolve {
   static double Dot(const Part& x, const Part& y);
   Eigen::MatrixXd Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const;
   Eigen::VectorXd Wanted(const std::vector<size_t>& of) const;
-  void SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted, const std::vector<size_t>& bounded,
+  bool SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted, const std::vector<size_t>& bounded,
                     Eigen::VectorXd& impulses) const;
-  // What the row may have, where those that bound others have `impulses`.
-  std::pair<double, double> BoundsOf(const Row& row, const std::vector<Eigen::Index>& place,
-                                     const Eigen::VectorXd& impulses) const;
   // Whether impulses are so large that they are none.
   bool IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const;
   void Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses);
 
+  BoundedSolver& solver_;
   std::span<MotionChange> changes_;
   std::vector<Row> rows_;
   bool gives_way_ = false;

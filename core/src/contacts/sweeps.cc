@@ -74,10 +74,10 @@ void ContactSweeps::Impl::AddPair(const AddedPair& pair) {
   point_count_ += pair.points.size();
 }
 
-void ContactSweeps::Impl::Solve(bool direct) {
-  WriteRows(direct);
-  const bool is_solved = direct && SolveDirectly();
-  if (!direct || !PushDirectly(kLeastPush / step_size_)) PushApart();
+void ContactSweeps::Impl::Solve(BoundedSolver* direct) {
+  WriteRows(direct != nullptr);
+  const bool is_solved = direct != nullptr && SolveDirectly(*direct);
+  if (direct == nullptr || !PushDirectly(*direct, kLeastPush / step_size_)) PushApart();
   if (!is_solved) Sweep();
   for (size_t i = 0; i < rows_.size(); ++i) rows_[i].row->impulse = joints_[i].impulse;
   TakeImpulses();
@@ -180,8 +180,8 @@ void ContactSweeps::Impl::PushApart() {
   }
 }
 
-bool ContactSweeps::Impl::SolveDirectly() {
-  DirectSolve solve(changes_);
+bool ContactSweeps::Impl::SolveDirectly(BoundedSolver& solver) {
+  DirectSolve solve(solver, changes_);
   const auto add = [&](SolverRow& row, const DirectSolve::Bounds& bounds) {
     solve.Add(row, row.wanted, bounds, 0, kDirectSoftness, row.impulse);
   };
@@ -198,8 +198,8 @@ bool ContactSweeps::Impl::SolveDirectly() {
   return solve.Run();
 }
 
-bool ContactSweeps::Impl::PushDirectly(double settled) {
-  DirectSolve solve(moves_);
+bool ContactSweeps::Impl::PushDirectly(BoundedSolver& solver, double settled) {
+  DirectSolve solve(solver, moves_);
   double largest = 0;
   for (ContactPush& push : pushes_) {
     const SolverRow& row = normals_[push.row];

@@ -17,7 +17,7 @@ class ContactSweeps::Impl {
   uint32_t AddBody(const SweptBody& body);
   void AddPair(const AddedPair& pair);
   void AddRow(uint32_t a, uint32_t b, JointRow& row) { rows_.push_back({a, b, &row}); }
-  void Solve(bool direct);
+  void Solve(BoundedSolver* direct);
   const SweptBody& body(uint32_t number) const { return bodies_[number]; }
 
  private:
@@ -92,10 +92,10 @@ class ContactSweeps::Impl {
   // After a sweep. False if no sweep will come nearer.
   bool Leap();
   // False if the equations cannot be solved all at once.
-  bool SolveDirectly();
+  bool SolveDirectly(BoundedSolver& solver);
   // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
   // above.
-  bool PushDirectly(double settled);
+  bool PushDirectly(BoundedSolver& solver, double settled);
   void TakeImpulses();
   void TakeMotions();
 
