@@ -212,6 +212,31 @@ TEST(NarrowPhase, KeepsTheNormalOfBoxesThatLieFlat) {
   }
 }
 
+// Or a solve would not find what held it before.
+TEST(NarrowPhase, KeepsThePointsOfADrumThatSways) {
+  constexpr double kLean = 2e-4, kRadius = 0.5, kHalf = 0.2;  // rad, m
+  const Shape drum = Cylinder{kRadius, kHalf};
+  Randomly random;
+  for (const Shape& below : {Shape(Plane{Vector3::UnitZ(), kHalf}), drum, Shape(Box{{0.4, 0.4, kHalf}})}) {
+    const Quaternion turn(Eigen::AngleAxisd(0.7, Vector3::UnitZ()));
+    const Manifold straight = Meet(drum, At(0, 0, 2 * kHalf, turn), below, At(0, 0, 0));
+    ASSERT_EQ(straight.count, 4);
+    for (int i = 0; i < 200; ++i) {
+      const Vector3 about(random.Between(-1, 1), random.Between(-1, 1), 0);
+      const Quaternion lean(Eigen::AngleAxisd(random.Between(0, kLean), about.normalized()));
+      const Manifold leaning = Meet(drum, At(0, 0, 2 * kHalf, lean * turn), below, At(0, 0, 0));
+      ASSERT_EQ(leaning.count, 4);
+      for (size_t k = 0; k < 4; ++k) {
+        double nearest = kRadius;
+        for (size_t j = 0; j < 4; ++j) {
+          nearest = std::min(nearest, (leaning.points[j].position - straight.points[k].position).norm());
+        }
+        EXPECT_LT(nearest, 2 * kLean) << i;
+      }
+    }
+  }
+}
+
 TEST(NarrowPhase, FindsEdgesThatCross) {
   // Two cubes that stand on their edges, one across the other.
   const Quaternion on_edge(Eigen::AngleAxisd(M_PI / 4, Vector3::UnitX()));

@@ -15,8 +15,7 @@ struct SurfaceFeature {
   void Add(const Vector3& vertex) { vertices[static_cast<size_t>(count++)] = vertex; }
 };
 
-/// What of a box, capsule or cylinder faces `direction` (unit length); the end of a cylinder is given as a square
-/// within its rim, of which one corner lies farthest.
+/// What of a box or capsule faces `direction` (unit length).
 SurfaceFeature SupportFeature(const Shape& shape, const Placement& placement, const Vector3& direction);
 
 }  // namespace genphys::bullet_backend

@@ -48,17 +48,10 @@ void FindOurPoints(const MeetingSide& a, const MeetingSide& b, std::vector<Conta
   }
 }
 
-// ODE tells one point of a drum that does not stand quite straight on a plane, however near the rest of its rim is, and
-// what lies on it then tips it over that point before there is another one.
-bool IsDrumOnPlane(const MeetingSide& a, const MeetingSide& b) {
-  return (a.is_plane() && std::holds_alternative<Cylinder>(b.geometry.shape)) ||
-         (b.is_plane() && std::holds_alternative<Cylinder>(a.geometry.shape));
-}
-
 }  // namespace
 
 void FindPoints(const MeetingSide& a, const MeetingSide& b, std::vector<ContactPoint>& points) {
-  if (IsForNarrowPhase(a.geometry.shape, b.geometry.shape) || IsDrumOnPlane(a, b)) return FindOurPoints(a, b, points);
+  if (IsForNarrowPhase(a.geometry.shape, b.geometry.shape)) return FindOurPoints(a, b, points);
   std::array<dContactGeom, kFoundMax> found;
   // ODE's normals point into the first geometry.
   const int count = dCollide(b.ode.geom(), a.ode.geom(), kFoundMax, found.data(), sizeof(dContactGeom));

@@ -31,7 +31,9 @@ struct Manifold {
 /// give one point where there are more, or a normal that is off. Of two boxes Bullet knows one point for sure, and ODE
 /// takes some that lie flat on each other to be apart, and others to meet now here, now there along an edge: with its
 /// points 1,000 boxes in a pile overlap by 0.03 mm in the mean, with these by less than 0.001, and take 1.5 times as
-/// long. Balls, and boxes on planes, they do well.
+/// long. Of a drum that does not stand quite straight on a plane ODE tells one point, however near the rest of its rim
+/// is, and what lies on it then tips it over that point before there is another one. Balls, and boxes and capsules on
+/// planes, they do well.
 bool IsForNarrowPhase(const Shape& a, const Shape& b);
 
 /// Where `a` and `b` meet at these placements; points with a gap of more than `gap` (m) are left out. A function of its

@@ -23,6 +23,11 @@ constexpr double kBetter = 1 + 1e-6;
 // faces carry a stack in turns that the least lean decides, and a solve does not start from what held it: of 8 towers
 // of 10 cubes of 10 cm, each turned, all fell on Bullet with 1e-7; from 1e-4 to 0.2 all stand alike.
 constexpr double kDeeper = 1e-3;
+// Of the same: so much farther along a direction lies what is another point than an equal one.
+constexpr double kFarther = 1e-6;
+// rad, by which the directions along which points are looked for lie beside the corners of a face: no corner of a
+// square or a polygon of 8, 16 or 32 corners lies as far along one as its neighbour does.
+constexpr double kAside = 0.07;
 
 using Polygon = absl::InlinedVector<Vector3, 8>;
 
@@ -118,6 +123,15 @@ struct FewPoints {
   int count = 0;
 };
 
+// Each of `chosen` once.
+FewPoints InOrder(std::array<size_t, Manifold::kPointsPerNormal> chosen) {
+  FewPoints few;
+  std::sort(chosen.begin(), chosen.end());
+  const auto end = std::unique(chosen.begin(), chosen.end());
+  for (auto it = chosen.begin(); it != end; ++it) few.places[static_cast<size_t>(few.count++)] = static_cast<int>(*it);
+  return few;
+}
+
 // The deepest of the points in which two surfaces meet along one normal, and those that span the widest area with it.
 // Equals are told apart by more than rounding, so that the choice stays the same from step to step.
 FewPoints ChooseFew(std::span<const MeetingPoint> points) {
@@ -164,10 +178,37 @@ FewPoints ChooseFew(std::span<const MeetingPoint> points) {
                         Area(position(chosen[2]), position(chosen[0]), position(i)) - triangle;
     if (gain > best * kBetter + triangle * (kBetter - 1)) best = gain, chosen[3] = i;
   }
-  std::sort(chosen.begin(), chosen.end());
-  const auto end = std::unique(chosen.begin(), chosen.end());
-  for (auto it = chosen.begin(); it != end; ++it) few.places[static_cast<size_t>(few.count++)] = static_cast<int>(*it);
-  return few;
+  return InOrder(chosen);
+}
+
+// Those that lie farthest along four directions across each other, the first of them `axis`, and the deepest. What is
+// round has many points alike, all of which span the same area: chosen by that alone they would be others after the
+// least sway, of which no solve knows what held them.
+FewPoints ChooseAlong(std::span<const MeetingPoint> points, const Vector3& axis) {
+  const Vector3& normal = points.front().normal;
+  const Vector3 level = (axis - normal * normal.dot(axis)).normalized();
+  const Vector3 first = std::cos(kAside) * level + std::sin(kAside) * normal.cross(level), second = normal.cross(first);
+  const std::array<Vector3, Manifold::kPointsPerNormal> directions{first, second, -first, -second};
+  double widest = 0;
+  size_t deepest = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    widest = std::max(widest, (points[i].position - points[0].position).norm());
+    if (points[i].depth > points[deepest].depth) deepest = i;
+  }
+  std::array<size_t, Manifold::kPointsPerNormal> chosen{};
+  for (size_t k = 0; k < chosen.size(); ++k) {
+    double farthest = -std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < points.size(); ++i) {
+      const double along = directions[k].dot(points[i].position - points[0].position);
+      if (along > farthest + kFarther * widest) farthest = along, chosen[k] = i;
+    }
+  }
+  const auto is_shallower = [&](size_t i) { return points[i].depth < points[deepest].depth - kDeeper * widest; };
+  if (std::ranges::all_of(chosen, is_shallower)) {
+    *std::ranges::min_element(
+        chosen, {}, [&](size_t i) { return (points[i].position - points[deepest].position).squaredNorm(); }) = deepest;
+  }
+  return InOrder(chosen);
 }
 
 }  // namespace
@@ -179,7 +220,8 @@ void PointSet::Add(const MeetingPoint& point) {
 }
 
 void PointSet::ReduceTo(Manifold& manifold) const {
-  const FewPoints few = ChooseFew(points_);
+  const bool are_many = points_.size() > Manifold::kPointsPerNormal;
+  const FewPoints few = are_many && !axis_.isZero(0) ? ChooseAlong(points_, axis_) : ChooseFew(points_);
   for (int i = 0; i < few.count; ++i) manifold.Add(points_[static_cast<size_t>(few.places[static_cast<size_t>(i)])]);
 }
 
@@ -187,6 +229,8 @@ void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, PointS
   const Side side_a{a, a.FeatureAt(normal)}, side_b{b, b.FeatureAt(-normal)};
   const double flat_a = side_a.feature.is_polygon() ? side_a.feature.normal.dot(normal) : -1;
   const double flat_b = side_b.feature.is_polygon() ? -side_b.feature.normal.dot(normal) : -1;
+  const SolidFeature& polygon = side_a.feature.is_polygon() ? side_a.feature : side_b.feature;
+  if (polygon.is_polygon()) points.SetAxis(polygon.corners[0] - polygon.corners[polygon.corners.size() / 2]);
   if (flat_a >= 1 - kFlat && flat_a >= flat_b - kSameFlat) {
     ClipToPolygon(side_a, {b, b.FeatureAt(-side_a.feature.normal)}, 1, points);
   } else if (flat_b >= 1 - kFlat) {

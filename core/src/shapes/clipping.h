@@ -14,8 +14,11 @@ class PointSet {
   explicit PointSet(double gap) : gap_(gap) {}
 
   void Add(const MeetingPoint& point);
+  /// A direction (of any length) that goes with one of the two that meet, along and across which a few points are
+  /// looked for that span all of them: the same ones then from step to step.
+  void SetAxis(const Vector3& axis) { axis_ = axis; }
 
-  /// Appends to `manifold` at most four of the points: the deepest and those that span the widest area with it.
+  /// Appends to `manifold` at most four of the points: those that span the widest area, or nearly, and the deepest.
   void ReduceTo(Manifold& manifold) const;
 
   bool is_empty() const { return points_.empty(); }
@@ -26,6 +29,7 @@ class PointSet {
 
  private:
   double gap_;
+  Vector3 axis_ = Vector3::Zero();  // none
   absl::InlinedVector<MeetingPoint, 16> points_;
   double deepest_ = -std::numeric_limits<double>::infinity();
 };

@@ -135,11 +135,15 @@ bool IsSmooth(const Shape& shape) {
   return std::holds_alternative<Sphere>(shape) || std::holds_alternative<Plane>(shape);
 }
 
+bool IsDrumOnPlane(const Shape& drum, const Shape& plane) {
+  return std::holds_alternative<Cylinder>(drum) && std::holds_alternative<Plane>(plane);
+}
+
 }  // namespace
 
 bool IsForNarrowPhase(const Shape& a, const Shape& b) {
   const bool are_boxes = std::holds_alternative<Box>(a) && std::holds_alternative<Box>(b);
-  if (IsOurs(a) || IsOurs(b) || are_boxes) return true;
+  if (IsOurs(a) || IsOurs(b) || are_boxes || IsDrumOnPlane(a, b) || IsDrumOnPlane(b, a)) return true;
   return IsRound(a) ? !IsSmooth(b) : IsRound(b) && !IsSmooth(a);
 }
 
