@@ -21,6 +21,8 @@ constexpr double kSameForce = 1e-12;
 // outside: a blow, and no part of a smooth course that could be carried on.
 constexpr double kBlowChange = 0.5;
 constexpr double kBlowSize = 1.5;
+// m/s: a smaller one is rounding. What only turns is held by nothing else, and by another nothing in each substep.
+constexpr double kLeastBlow = 1e-9;
 
 // The part of a velocity that is no more than what rounding leaves of it.
 constexpr double kRounding = 1e-12;
@@ -38,11 +40,12 @@ bool IsSame(const Vector3& a, const Vector3& b) {
   return (a - b).squaredNorm() <= kSameForce * kSameForce * std::max(a.squaredNorm(), b.squaredNorm());
 }
 
-bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside) {
-  const double square = rate.squaredNorm();
+// `interval`: s for which it was held by `rate`.
+bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside, double interval) {
+  const double square = rate.squaredNorm(), change = (rate - half.held_rate).squaredNorm();
   return square > kBlowSize * kBlowSize * outside.squaredNorm() &&
-         (rate - half.held_rate).squaredNorm() >
-             kBlowChange * kBlowChange * std::max(square, half.held_rate.squaredNorm());
+         change > kBlowChange * kBlowChange * std::max(square, half.held_rate.squaredNorm()) &&
+         change * interval * interval > kLeastBlow * kLeastBlow;
 }
 
 // What holds a body that is followed through its turn turns with it, and goes on to change as it did, unless that was
@@ -290,8 +293,8 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
   // What a joint gives when it begins is part of its course, and is known only then.
   const bool begins = !half.has_past && scratch_.jointed[mover.row];
   const Vector3 spun = state_.angular_velocities.col(row);
-  const bool is_jolted =
-      (!begins && IsBlow(half, rate, outside)) || joints_.IsJolted(mover.row, gained, spun - mover.spin_given);
+  const bool is_jolted = (!begins && IsBlow(half, rate, outside, interval)) ||
+                         joints_.IsJolted(mover.row, gained, spun - mover.spin_given);
   const bool is_reached = scratch_.reached[mover.row];
   scratch_.jolted.Set(mover.row, is_jolted && !is_reached);
   is_anybody_jolted_ |= is_jolted && !is_reached;
