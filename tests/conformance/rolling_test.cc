@@ -102,6 +102,34 @@ TEST_P(Rolling, ABallLiesStillOnASlopeUpToItsArmAndRollsDownBeyondWhateverWayTha
   }
 }
 
+// Each side holds it as the other one does, whatever slips there before a solve.
+TEST_P(Rolling, ABallInAGrooveRollsOnBothItsSides) {
+  Proves({Claim::kBox});
+  constexpr double kPull = 2, kTime = 1;  // m/s^2 along the groove, s
+  const Vector3 above_floor(0, 0, 4);
+  for (const double friction : {0.5, 0.9}) {
+    const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(),
+                                                    .gravity = {kPull, 0, -kGravity},
+                                                    .stepper = {.step_size = kStep},
+                                                    .default_material = {.friction = friction},
+                                                    .default_auto_disable = {.enabled = false}});
+    for (const int side : {-1, 1}) {
+      EntityDesc wall = Block({}, {20, 2, 0.5});
+      wall.pose.orientation = Eigen::AngleAxisd(side * M_PI / 4, Vector3::UnitX());
+      wall.pose.position = wall.pose.orientation * Vector3(0, 1.5 * side, -0.5) + above_floor;
+      Add(*world, wall);
+    }
+    const EntityId ball = Add(*world, Ball(kRadius * M_SQRT2 * Vector3::UnitZ() + above_floor, kRadius, 3));
+    Steps(*world, static_cast<int>(kTime / kStep));
+
+    // It turns about the line between its points, which is that much nearer to its middle.
+    const double arm = kRadius / M_SQRT2, gained = kPull / (1 + kMoment * kRadius * kRadius / (arm * arm));
+    EXPECT_NEAR(PositionOf(*world, ball).x(), gained * kTime * kTime / 2, kRounded) << friction;
+    EXPECT_NEAR(VelocityOf(*world, ball).x(), gained * kTime, kRounded) << friction;
+    EXPECT_NEAR(SpinOf(*world, ball).y() * arm, gained * kTime, kRounded) << friction;
+  }
+}
+
 TEST_P(Rolling, ASpinIsBrakedBySpinningFrictionAndNotByRollingFriction) {
   constexpr double kSpin = 10, kArm = 0.01;
   const auto world = OnFloor(GetParam(), {.spinning_friction = kArm});

@@ -161,11 +161,11 @@ void ContactSweeps::Impl::AddFrictions(const AddedPair& added, size_t number, co
   const Surface surface{place, run, impulse.normal, point.friction};
   AddFriction(directions[0], surface);
   // Sweeps follow the slip from step to step, so that one direction is enough for them where points lie beside each
-  // other: each of them is in the way of what turns about another. Of points on a line none is. What is solved all at
-  // once is held in both: a wheel that is driven one way would drift the other. So is what may slip soon, or it would
-  // by what is left over across the load, and among few points all that bears a load. But not what slides: what it is
-  // held in one direction by would hold it in the other, too.
-  const bool is_held = direct || (are_few_ && grip.bears && !grip.is_on_a_line);
+  // other: each of them is in the way of what turns about another. What is solved all at once is held in both: a wheel
+  // that is driven one way would drift the other. So is what may slip soon, or it would by what is left over across the
+  // load, and among few points all that bears a load: a ball in a groove slips down either side before a solve, and
+  // rolls another way. But not what slides: what it is held in one direction by would hold it in the other, too.
+  const bool is_held = direct || (are_few_ && grip.bears);
   // Nor does anything tell a direction for what does not slip, and did not, where something in its island goes along
   // surfaces: that may be braked or pushed from now on, and what lies on it or below with it. What stands on an edge or
   // a corner tips over it, whatever went before, and where nothing else holds it it would slip another way in each step
