@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "genphys/bounds.h"
@@ -12,6 +13,7 @@ namespace genphys {
 
 /// A triangle mesh made ready, shared by all copies of a TriangleMesh.
 struct MeshData {
+  static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
   using Triangle = std::array<uint32_t, 3>;  // numbers of corners, anticlockwise as seen from the empty side
 
   struct Node {
@@ -30,6 +32,9 @@ struct MeshData {
   std::vector<uint32_t> neighbor_first;
   std::vector<uint32_t> neighbors;
   std::vector<uint8_t> is_at_rim;  // by vertex: on an edge beyond which no triangle of the same side goes on
+  // By triangle: the third corner of the one beyond the edge from its corner k to the next, kNone if there is no such or
+  // more than one.
+  std::vector<Triangle> across;
   uint64_t hash = 0;               // of vertices and indices
 };
 

@@ -29,21 +29,27 @@ constexpr double kFarther = 1e-6;
 // square or a polygon of 8, 16 or 32 corners lies as far along one as its neighbour does.
 constexpr double kAside = 0.07;
 
-using Polygon = absl::InlinedVector<Vector3, 8>;
+using Polygon = absl::InlinedVector<CutCorner, 8>;
 
-// What of `polygon`, or of a segment or point, has dot(normal, p) <= offset.
-Polygon Cut(const Polygon& polygon, const Vector3& normal, double offset) {
+// Edges beyond the last that there is a bit for share it.
+uint32_t BitOf(size_t edge) { return uint32_t{1} << std::min<size_t>(edge, 31); }
+
+// What of `polygon`, or of a segment or point, has dot(normal, p) <= offset, which is within this `edge`.
+Polygon Cut(const Polygon& polygon, const Vector3& normal, double offset, size_t edge) {
   Polygon kept;
   const size_t count = polygon.size();
   // The one edge of a segment is not to be walked twice.
   const size_t edges = count == 2 ? 1 : count;
   for (size_t i = 0; i < edges; ++i) {
-    const Vector3& from = polygon[i];
-    const Vector3& to = polygon[(i + 1) % count];
-    const double above_from = normal.dot(from) - offset, above_to = normal.dot(to) - offset;
+    const CutCorner& from = polygon[i];
+    const CutCorner& to = polygon[(i + 1) % count];
+    const double above_from = normal.dot(from.position) - offset, above_to = normal.dot(to.position) - offset;
     if (above_from <= 0) kept.push_back(from);
     if ((above_from < 0 && above_to > 0) || (above_from > 0 && above_to < 0)) {
-      kept.push_back(from + above_from / (above_from - above_to) * (to - from));
+      const Vector3 along = to.position - from.position;
+      kept.push_back({.position = from.position + above_from / (above_from - above_to) * along,
+                      .outward = above_from < 0 ? along : Vector3(-along),
+                      .edges = (from.edges & to.edges) | BitOf(edge)});
     }
     if (count == 2 && above_to <= 0) kept.push_back(to);
   }
@@ -52,17 +58,22 @@ Polygon Cut(const Polygon& polygon, const Vector3& normal, double offset) {
 
 double Area(const Vector3& a, const Vector3& b, const Vector3& c) { return (b - a).cross(c - a).norm(); }
 
+bool IsNoSeam(const CutCorner&, const SolidFeature&, double) { return false; }
+
 // A solid on one side of a contact, seen along the direction in which it faces the other.
 struct Side {
   const Solid& solid;
   SolidFeature feature;
 };
 
-// The points in which `incident` lies before or behind the polygon `reference`, within its edges. `sign` turns the
-// normal of the polygon into that of the contact.
-void ClipToPolygon(const Side& reference, const Side& incident, double sign, PointSet& points) {
+// The points in which `incident` lies before or behind the polygon `reference`, within its edges; those that are only
+// where the two were cut go to `seams` where `is_seam` says so. `sign` turns the normal of the polygon into that of the
+// contact.
+void ClipToPolygon(const Side& reference, const Side& incident, double sign, SeamTest is_seam, PointSet& points,
+                   PointSet& seams) {
   const SolidFeature& face = reference.feature;
-  Polygon polygon = incident.feature.corners;
+  Polygon polygon;
+  for (const Vector3& corner : incident.feature.corners) polygon.push_back({.position = corner});
   Vector3 middle = Vector3::Zero();
   for (const Vector3& corner : face.corners) middle += corner / static_cast<double>(face.corners.size());
   for (size_t i = 0; i < face.corners.size() && !polygon.empty(); ++i) {
@@ -71,14 +82,15 @@ void ClipToPolygon(const Side& reference, const Side& incident, double sign, Poi
     Vector3 outward = (to - from).cross(face.normal).normalized();
     if (outward.dot(from - middle) < 0) outward = -outward;
     const double inside = outward.dot(from - middle);
-    polygon = Cut(polygon, outward, outward.dot(from) + kSeam * inside);
+    polygon = Cut(polygon, outward, outward.dot(from) + kSeam * inside, i);
   }
   double level = face.normal.dot(face.corners[0]);
   for (const Vector3& corner : face.corners) level = std::max(level, face.normal.dot(corner));
   level += reference.solid.radius();
-  for (const Vector3& corner : polygon) {
-    const double gap = face.normal.dot(corner) - incident.solid.radius() - level;
-    points.Add({.position = corner - (incident.solid.radius() + gap / 2) * face.normal,
+  for (const CutCorner& corner : polygon) {
+    const double gap = face.normal.dot(corner.position) - incident.solid.radius() - level;
+    PointSet& taking = corner.edges != 0 && is_seam(corner, incident.feature, -gap) ? seams : points;
+    taking.Add({.position = corner.position - (incident.solid.radius() + gap / 2) * face.normal,
                 .normal = sign * face.normal,
                 .depth = -gap});
   }
@@ -226,15 +238,20 @@ void PointSet::ReduceTo(Manifold& manifold) const {
 }
 
 void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, PointSet& points) {
+  AddFlatPoints(a, b, normal, IsNoSeam, points, points);
+}
+
+void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, SeamTest is_seam, PointSet& points,
+                   PointSet& seams) {
   const Side side_a{a, a.FeatureAt(normal)}, side_b{b, b.FeatureAt(-normal)};
   const double flat_a = side_a.feature.is_polygon() ? side_a.feature.normal.dot(normal) : -1;
   const double flat_b = side_b.feature.is_polygon() ? -side_b.feature.normal.dot(normal) : -1;
   const SolidFeature& polygon = side_a.feature.is_polygon() ? side_a.feature : side_b.feature;
   if (polygon.is_polygon()) points.SetAxis(polygon.corners[0] - polygon.corners[polygon.corners.size() / 2]);
   if (flat_a >= 1 - kFlat && flat_a >= flat_b - kSameFlat) {
-    ClipToPolygon(side_a, {b, b.FeatureAt(-side_a.feature.normal)}, 1, points);
+    ClipToPolygon(side_a, {b, b.FeatureAt(-side_a.feature.normal)}, 1, is_seam, points, seams);
   } else if (flat_b >= 1 - kFlat) {
-    ClipToPolygon(side_b, {a, a.FeatureAt(-side_b.feature.normal)}, -1, points);
+    ClipToPolygon(side_b, {a, a.FeatureAt(-side_b.feature.normal)}, -1, IsNoSeam, points, seams);
   } else {
     OverlapEdges(side_a, side_b, normal, points);
   }

@@ -1,11 +1,23 @@
 #pragma once
+#include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "genphys/narrow_phase.h"
 #include "shapes/solid.h"
 
 namespace genphys {
+
+/// A corner of what is left of a face or edge that was cut to within the edges of another face.
+struct CutCorner {
+  Vector3 position = Vector3::Zero();
+  Vector3 outward = Vector3::Zero();  // where it was cut: how it went on beyond, of any length
+  uint32_t edges = 0;                 // bit k: it was cut there by edge k of that face
+};
+
+/// Whether a corner at which `incident` was cut, a point of that depth (m), is no end of where the two meet.
+using SeamTest = absl::FunctionRef<bool(const CutCorner& corner, const SolidFeature& incident, double depth)>;
 
 /// Points on their way into a Manifold: too many, not yet sorted out.
 class PointSet {
@@ -37,5 +49,9 @@ class PointSet {
 /// Adds all points in which `a` and `b` meet, of which the direction `normal` (unit length, from a to b) is known:
 /// faces and edges that lie flat on each other are cut to where both are. Adds nothing if only corners meet.
 void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, PointSet& points);
+
+/// The same, but where `b` was cut at a face of `a` and `is_seam` says so, the points go to `seams`.
+void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, SeamTest is_seam, PointSet& points,
+                   PointSet& seams);
 
 }  // namespace genphys

@@ -90,6 +90,32 @@ void FindNeighbors(MeshData& mesh) {
   std::partial_sum(mesh.neighbor_first.begin(), mesh.neighbor_first.end(), mesh.neighbor_first.begin());
 }
 
+// What lies beyond the edges of the triangles, in their order.
+void FindAcross(MeshData& mesh) {
+  struct Edge {
+    std::array<uint32_t, 2> ends;
+    uint32_t third;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    for (size_t k = 0; k < 3; ++k) edges.push_back({{t[k], t[(k + 1) % 3]}, t[(k + 2) % 3]});
+  }
+  std::ranges::sort(edges, {}, &Edge::ends);
+  const auto only = [&](uint32_t from, uint32_t to) {
+    const auto found = std::ranges::equal_range(edges, std::array{from, to}, {}, &Edge::ends);
+    return found.size() == 1 ? found.front().third : MeshData::kNone;
+  };
+  mesh.across.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles) {
+    Triangle& across = mesh.across.emplace_back();
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t from = t[k], to = t[(k + 1) % 3];
+      across[k] = only(from, to) != MeshData::kNone ? only(to, from) : MeshData::kNone;
+    }
+  }
+}
+
 // A tree over `triangles`, halved at the median of their middles along the widest axis.
 class TreeMaker {
  public:
@@ -229,7 +255,7 @@ size_t DataBytesOf(const Shape& shape) {
     const MeshData& data = *mesh->data;
     const size_t numbers = data.indices.size() + data.neighbor_first.size() + data.neighbors.size();
     return data.vertices.size() * sizeof(Vector3) + data.nodes.size() * sizeof(MeshData::Node) +
-           data.triangles.size() * sizeof(MeshData::Triangle) + numbers * sizeof(uint32_t);
+           2 * data.triangles.size() * sizeof(MeshData::Triangle) + numbers * sizeof(uint32_t);
   }
   if (const auto* field = std::get_if<Heightfield>(&shape); field != nullptr && field->data != nullptr) {
     // Each level has a quarter of the blocks of the one before.
@@ -260,6 +286,7 @@ Result<TriangleMesh> MakeTriangleMesh(std::vector<Vector3> vertices, std::vector
   if (mesh->triangles.empty()) return Refuse(Reason::kInvalidValue, "indices", "no triangle of the mesh has an area");
   FindNeighbors(*mesh);
   TreeMaker maker(*mesh);
+  FindAcross(*mesh);
   return TriangleMesh{std::move(mesh)};
 }
 

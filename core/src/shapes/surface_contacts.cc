@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "genphys/bounds.h"
+#include "shapes/seams.h"
 #include "shapes/separation.h"
 
 namespace genphys {
@@ -15,6 +16,10 @@ constexpr double kLevel = 1e-6;
 constexpr double kSameNormal = 1 - 1e-6;
 // Of the size of the solid: nearer points are one.
 constexpr double kSamePoint = 1e-6;
+// Cosine between two normals below which they are those of two sides, not of one that goes on evenly.
+constexpr double kAlike = 0.92;
+// No more groups than these of the deepest points at seams are looked at: a manifold holds no more.
+constexpr size_t kSeamGroupsMax = Manifold::kPointsMax;
 // A group with so many points is thinned out before more come.
 constexpr size_t kGroupMax = 64;
 // What overlaps a triangle by more than this part of its own size along its normal, and by less than a fraction of that
@@ -27,8 +32,14 @@ template <typename Surface>
 class Meeting {
  public:
   Meeting(const Surface& surface, bool is_solid_below, const Solid& solid, const Vector3& place, double gap,
-          SurfacePoints& points)
-      : surface_(surface), is_solid_below_(is_solid_below), solid_(solid), place_(place), gap_(gap), points_(points) {}
+          SurfacePoints& points, SurfacePoints& seams)
+      : surface_(surface),
+        is_solid_below_(is_solid_below),
+        solid_(solid),
+        place_(place),
+        gap_(gap),
+        points_(points),
+        seams_(seams) {}
 
   void Meet(SurfaceTriangle triangle) {
     for (Vector3& corner : triangle.corners) corner -= place_;
@@ -38,7 +49,7 @@ class Meeting {
     const bool is_behind = solid_.Reach(up) < level;
     if (is_behind && !is_solid_below_) return;
     const Solid flat(triangle);
-    if (is_behind || PushesUpwardsOnly(triangle, up, level)) return Add(flat, up, std::nullopt);
+    if (is_behind || PushesUpwardsOnly(triangle, up, level)) return Add(triangle, flat, up, up, std::nullopt);
     if (const auto apart = SeparationApart(flat, solid_)) {
       MeetApart(triangle, flat, up, *apart);
     } else {
@@ -51,9 +62,9 @@ class Meeting {
     const bool is_below = apart.normal.dot(up) < 0;
     if (is_below ? !is_solid_below_ : apart.depth < -gap_) return;
     if (!is_below && Pushes(triangle, up, apart.normal)) {
-      Add(flat, apart.normal, apart);
+      Add(triangle, flat, up, apart.normal, apart);
     } else {
-      Add(flat, up, std::nullopt);
+      Add(triangle, flat, up, up, std::nullopt);
     }
   }
 
@@ -70,9 +81,9 @@ class Meeting {
     };
     consider(up);
     if (const auto shallow = ShallowDirection(flat, solid_)) consider(*shallow);
-    if (best) return Add(flat, best->normal, best);
+    if (best) return Add(triangle, flat, up, best->normal, best);
     if (!is_solid_below_ && upward > kDeep * solid_.size() && least < kMuchLess * upward) return;
-    Add(flat, up, std::nullopt);
+    Add(triangle, flat, up, up, std::nullopt);
   }
 
   // Whether the surface has a place on this triangle where it can push along `normal`: none of what lies round the
@@ -109,14 +120,20 @@ class Meeting {
   }
 
   // `closest`: where they meet if no faces do.
-  void Add(const Solid& flat, const Vector3& normal, const std::optional<Separation>& closest) {
-    PointSet points(gap_);
-    AddFlatPoints(flat, solid_, normal, points);
+  void Add(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up, const Vector3& normal,
+           const std::optional<Separation>& closest) {
+    PointSet points(gap_), seams(gap_);
+    const Seams round(surface_, triangle, place_, up);
+    const auto is_seam = [&](const CutCorner& corner, const SolidFeature& incident, double depth) {
+      return round.IsSeam(corner, incident, depth);
+    };
+    AddFlatPoints(flat, solid_, normal, is_seam, points, seams);
     const bool is_flat = !closest || flat.FeatureAt(normal).normal.dot(normal) > kSameNormal;
-    if (points.is_empty() && !is_flat) {
+    if (points.is_empty() && seams.is_empty() && !is_flat) {
       points.Add({.position = closest->place, .normal = closest->normal, .depth = closest->depth});
     }
     points_.Add(points);
+    seams_.Add(seams);
   }
 
   const Surface& surface_;
@@ -125,9 +142,13 @@ class Meeting {
   const Vector3& place_;
   double gap_;
   SurfacePoints& points_;
+  SurfacePoints& seams_;
 };
 
 }  // namespace
+
+SurfacePoints::SurfacePoints(double gap, const Solid& solid)
+    : gap_(gap), solid_(solid), same_(kSamePoint * solid.size()) {}
 
 PointSet& SurfacePoints::GroupFor(const Vector3& normal) {
   for (PointSet& group : groups_) {
@@ -145,7 +166,7 @@ void SurfacePoints::Add(const PointSet& points) {
     if (std::any_of(group.points().begin(), group.points().end(), is_same)) continue;
     if (group.points().size() >= kGroupMax) {
       Manifold thinned;
-      group.ReduceTo(thinned);
+      InOrder(group).ReduceTo(thinned);
       group = PointSet(gap_);
       for (int i = 0; i < thinned.count; ++i) group.Add(thinned.points[static_cast<size_t>(i)]);
     }
@@ -153,12 +174,49 @@ void SurfacePoints::Add(const PointSet& points) {
   }
 }
 
-void SurfacePoints::ReduceTo(Manifold& manifold) {
+// Few are chosen from many, and of equals the first: those as the corners of the solid come, as where it meets one face,
+// not as the triangles do.
+PointSet SurfacePoints::InOrder(const PointSet& group) const {
+  const Vector3& normal = group.normal();
+  absl::InlinedVector<const MeetingPoint*, 16> left;
+  for (const MeetingPoint& point : group.points()) left.push_back(&point);
+  PointSet ordered(gap_);
+  for (const Vector3& corner : solid_.FeatureAt(-normal).corners) {
+    const auto found = std::ranges::find_if(left, [&](const MeetingPoint* point) {
+      return (point->position - corner).cross(normal).squaredNorm() < same_ * same_;
+    });
+    if (found == left.end()) continue;
+    ordered.Add(**found);
+    left.erase(found);
+  }
+  for (const MeetingPoint* point : left) ordered.Add(*point);
+  return ordered;
+}
+
+// By their depth. What is sorted takes no more points.
+void SurfacePoints::SortGroups() {
   std::stable_sort(groups_.begin(), groups_.end(),
                    [](const PointSet& a, const PointSet& b) { return a.deepest() > b.deepest(); });
+}
+
+void SurfacePoints::AddLacking(SurfacePoints& seams) {
+  if (seams.groups_.empty()) return;
+  seams.SortGroups();
+  const auto own = static_cast<std::ptrdiff_t>(groups_.size());
+  for (const PointSet& group : std::span(seams.groups_).first(std::min(seams.groups_.size(), kSeamGroupsMax))) {
+    const auto is_met_beside = [&](const PointSet& other) {
+      return other.deepest() >= group.deepest() - same_ && other.normal().dot(group.normal()) > kAlike;
+    };
+    if (std::any_of(groups_.begin(), groups_.begin() + own, is_met_beside)) continue;
+    Add(group);
+  }
+}
+
+void SurfacePoints::ReduceTo(Manifold& manifold) {
+  SortGroups();
   for (const PointSet& group : groups_) {
     if (manifold.count + Manifold::kPointsPerNormal > Manifold::kPointsMax) return;
-    group.ReduceTo(manifold);
+    InOrder(group).ReduceTo(manifold);
   }
 }
 
@@ -166,14 +224,14 @@ void FindSurfaceContacts(const Shape& surface, const Shape& shape, const Placeme
                          Manifold& manifold) {
   const Solid solid(shape, {Vector3::Zero(), placement.rotation});
   const Bounds bounds = BoundsOf(shape, placement).Widened(gap);
-  SurfacePoints points(gap, kSamePoint * solid.size());
+  SurfacePoints points(gap, solid), seams(gap, solid);
   if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) {
-    Meeting meeting(*mesh->data, false, solid, placement.position, gap, points);
+    Meeting meeting(*mesh->data, false, solid, placement.position, gap, points, seams);
     VisitTriangles(
         *mesh->data, [&](const Bounds& box) { return box.Overlaps(bounds); },
         [&](const SurfaceTriangle& triangle) { meeting.Meet(triangle); });
   } else if (const auto* field = std::get_if<Heightfield>(&surface)) {
-    Meeting meeting(*field->data, true, solid, placement.position, gap, points);
+    Meeting meeting(*field->data, true, solid, placement.position, gap, points, seams);
     // All that lies below is solid, however deep.
     const auto is_over = [&](Bounds box) {
       box.min.z() = std::min(box.min.z(), bounds.min.z());
@@ -182,6 +240,7 @@ void FindSurfaceContacts(const Shape& surface, const Shape& shape, const Placeme
     VisitTriangles(*field->data, is_over, [&](const SurfaceTriangle& triangle) { meeting.Meet(triangle); });
   }
   const int first = manifold.count;
+  points.AddLacking(seams);
   points.ReduceTo(manifold);
   for (int i = first; i < manifold.count; ++i) manifold.points[static_cast<size_t>(i)].position += placement.position;
 }

@@ -9,18 +9,24 @@ namespace genphys {
 /// Gathers the points in which a convex solid meets a surface, one group for each direction in which that pushes.
 class SurfacePoints {
  public:
-  /// Points with a larger gap (m) are left out, and so are those as near as `same` (m) to one before.
-  SurfacePoints(double gap, double same) : gap_(gap), same_(same) {}
+  /// Points of `solid`, which must outlive this. Those with a larger gap (m) are left out.
+  SurfacePoints(double gap, const Solid& solid);
 
   void Add(const PointSet& points);
+  /// Adds of `seams` what lies deeper than all points so far in much the same direction: beside those seams, where the
+  /// solid comes nearer, a triangle was taken to be met by another one.
+  void AddLacking(SurfacePoints& seams);
   /// Appends the groups with the deepest points, four points of each.
   void ReduceTo(Manifold& manifold);
 
  private:
   PointSet& GroupFor(const Vector3& normal);
+  void SortGroups();
+  PointSet InOrder(const PointSet& group) const;
 
   double gap_;
-  double same_;
+  const Solid& solid_;
+  double same_;  // m: as near as this to one before, a point is no other
   std::vector<PointSet> groups_;
 };
 

@@ -23,4 +23,22 @@ std::array<SurfaceTriangle, 2> TrianglesOf(const HeightfieldData& field, uint32_
           SurfaceTriangle{{low, high, field.Point(row + 1, column)}, {here, above + 1, above}}};
 }
 
+std::optional<Vector3> Across(const MeshData& mesh, const SurfaceTriangle& triangle, size_t k) {
+  const uint32_t across = mesh.across[triangle.place][k];
+  if (across == MeshData::kNone) return std::nullopt;
+  return mesh.vertices[across];
+}
+
+// Two triangles on one edge are halves of a parallelogram on the grid.
+std::optional<Vector3> Across(const HeightfieldData& field, const SurfaceTriangle& triangle, size_t k) {
+  const auto along = [&](auto part) {
+    const auto of = [&](size_t i) { return static_cast<int64_t>(part(triangle.numbers[i % 3])); };
+    return of(k) + of(k + 1) - of(k + 2);
+  };
+  const int64_t row = along([&](uint32_t number) { return number / field.columns; });
+  const int64_t column = along([&](uint32_t number) { return number % field.columns; });
+  if (row < 0 || column < 0 || row >= field.rows || column >= field.columns) return std::nullopt;
+  return field.Point(static_cast<uint32_t>(row), static_cast<uint32_t>(column));
+}
+
 }  // namespace genphys

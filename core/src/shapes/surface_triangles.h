@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "genphys/surface.h"
@@ -11,6 +12,7 @@ namespace genphys {
 struct SurfaceTriangle {
   std::array<Vector3, 3> corners;
   std::array<uint32_t, 3> numbers{};  // of vertices of a mesh, of grid points of a heightfield
+  uint32_t place = 0;                 // of a mesh, among its triangles
 
   Vector3 AreaVector() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]); }
 };
@@ -28,7 +30,7 @@ void VisitTriangles(const MeshData& mesh, Test&& test, Visit&& visit, uint32_t r
   }
   for (uint32_t i = node.first; i < node.first + node.count; ++i) {
     const MeshData::Triangle& t = mesh.triangles[i];
-    visit(SurfaceTriangle{{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, t});
+    visit(SurfaceTriangle{{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, t, i});
   }
 }
 
@@ -80,6 +82,11 @@ void VisitNeighbors(const HeightfieldData& field, uint32_t number, Visit&& visit
     visit(field.Point(static_cast<uint32_t>(r), static_cast<uint32_t>(c)));
   }
 }
+
+/// The third corner of the triangle beyond the edge from corner `k` of `triangle` to the next; none where the surface
+/// ends or goes on in more ways than one.
+std::optional<Vector3> Across(const MeshData& mesh, const SurfaceTriangle& triangle, size_t k);
+std::optional<Vector3> Across(const HeightfieldData& field, const SurfaceTriangle& triangle, size_t k);
 
 /// Whether the surface ends at vertex `number`.
 inline bool IsAtRim(const MeshData& mesh, uint32_t number) { return mesh.is_at_rim[number] != 0; }
