@@ -19,9 +19,7 @@ constexpr double kAlike = 1e-6;
 // About the origin, level at zero, of triangles from larger to much smaller than what comes to them.
 std::vector<Shape> Grounds() { return {GroundMesh(8, 11), GroundMesh(8, 160), Ground(23, 0.73), Ground(161, 0.1)}; }
 
-ConvexHull Spike() {
-  return *MakeConvexHull({{0.2, 0, -0.3}, {-0.1, 0.17, -0.3}, {-0.1, -0.17, -0.3}, {0, 0, 0.9}});
-}
+ConvexHull Spike() { return *MakeConvexHull({{0.2, 0, -0.3}, {-0.1, 0.17, -0.3}, {-0.1, -0.17, -0.3}, {0, 0, 0.9}}); }
 
 struct Surroundings {
   Vector3 gravity = Vector3::Zero();
@@ -67,9 +65,8 @@ TEST_P(FlatSurfaces, HitWhatFallsOnACornerAsAPlaneDoes) {
   Proves({Claim::kRestitution, Claim::kBox, Claim::kCapsule, Claim::kCylinder, Claim::kCone});
   const std::vector<Shape> grounds = Grounds();
   for (uint64_t seed = 1; seed <= 60; ++seed) {
-    for (const Shape& shape :
-         {Shape{Box{{0.3, 0.2, 0.4}}}, Shape{Spike()}, Shape{Capsule{0.12, 0.3}}, Shape{Cylinder{0.2, 0.3}},
-          Shape{Cone{0.3, 0.3}}}) {
+    for (const Shape& shape : {Shape{Box{{0.3, 0.2, 0.4}}}, Shape{Spike()}, Shape{Capsule{0.12, 0.3}},
+                               Shape{Cylinder{0.2, 0.3}}, Shape{Cone{0.3, 0.3}}}) {
       Random random(seed);
       const double speed = random.Uniform(2, 6);
       const Vector3 velocity(random.Uniform(-1, 1), random.Uniform(-1, 1), -speed);
@@ -97,8 +94,8 @@ TEST_P(FlatSurfaces, CarryWhatTumblesSlidesAndRollsAsAPlaneDoes) {
   const std::vector<Shape> grounds = Grounds();
   const Surroundings around{.gravity = {0, 0, -9.81}, .friction = 0.4, .restitution = 0.2};
   for (uint64_t seed = 1; seed <= 2; ++seed) {
-    for (const Shape& shape : {Shape{HullBox({0.3, 0.2, 0.4})}, Shape{Spike()}, Shape{Cone{0.3, 0.3}},
-                               Shape{Ellipsoid{{0.3, 0.25, 0.2}}}}) {
+    for (const Shape& shape :
+         {Shape{HullBox({0.3, 0.2, 0.4})}, Shape{Spike()}, Shape{Cone{0.3, 0.3}}, Shape{Ellipsoid{{0.3, 0.25, 0.2}}}}) {
       Random random(seed);
       const Vector3 velocity(random.Uniform(-3, 3), random.Uniform(-3, 3), -1);
       const EntityDesc body = Thrown(shape, velocity, 0.8, random);

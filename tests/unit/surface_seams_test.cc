@@ -57,8 +57,8 @@ TEST(SurfaceSeams, AFlatSurfaceMeetsASolidWhereAPlaneDoes) {
       const Matrix3 turn = RandomTurn(random);
       const double reach = Solid(shape, {Vector3::Zero(), turn}).Reach(-Vector3::UnitZ());
       const double gap = random.LogUniform(1e-5, 0.1);
-      const Placement place{
-          {random.Uniform(-3, 3), random.Uniform(-3, 3), reach + random.Uniform(-0.03, 0.9 * gap)}, turn};
+      const Placement place{{random.Uniform(-3, 3), random.Uniform(-3, 3), reach + random.Uniform(-0.03, 0.9 * gap)},
+                            turn};
       const std::vector<MeetingPoint> wanted = Meet(Plane{}, shape, place, gap);
       for (const Shape& ground : grounds) {
         const std::vector<MeetingPoint> points = Meet(ground, shape, place, gap);
@@ -123,9 +123,8 @@ TEST(SurfaceSeams, WhatLiesFlatOverABendLiesOnTheBend) {
     const auto ridge = [&](double x, double) { return -slope * std::abs(x); };
     const auto peak = [&](double x, double y) { return -slope * std::max(std::abs(x), std::abs(y)); };
     const Placement place{{0.1, 0.03, kHalf.z() - 1e-5}, Matrix3::Identity()};
-    for (const auto& [on_ridge, on_peak] :
-         {std::pair<Shape, Shape>(GroundMesh(3, 6, ridge), GroundMesh(3, 6, peak)),
-          std::pair<Shape, Shape>(Ground(7, 1, ridge), Ground(7, 1, peak))}) {
+    for (const auto& [on_ridge, on_peak] : {std::pair<Shape, Shape>(GroundMesh(3, 6, ridge), GroundMesh(3, 6, peak)),
+                                            std::pair<Shape, Shape>(Ground(7, 1, ridge), Ground(7, 1, peak))}) {
       const std::vector<MeetingPoint> along = Meet(on_ridge, box, place, 2e-5);
       EXPECT_TRUE(HasPointAt(along, {0, 0.43, -5e-6}, 1e-5)) << slope;
       EXPECT_TRUE(HasPointAt(along, {0, -0.37, -5e-6}, 1e-5)) << slope;
@@ -148,8 +147,9 @@ TEST(SurfaceSeams, WhatLiesOverTheRimEndsThere) {
 TEST(SurfaceSeams, ACornerBesideTheRimIsAllThatComesToIt) {
   const Matrix3 turn = Quaternion::FromTwoVectors(Vector3(0.9, 1, 1.1), Vector3::UnitZ()).toRotationMatrix();
   const Vector3 lowest = Solid(Box{kHalf}, {Vector3::Zero(), turn}).Support(-Vector3::UnitZ());
-  for (const auto& [ground, level] : {std::pair<Shape, double>(GroundMesh(2, 8), 0), std::pair<Shape, double>(Ground(9, 0.5), 0),
-                                      std::pair<Shape, double>(BoxMesh({2, 2, 0.5}), 0.5)}) {
+  for (const auto& [ground, level] :
+       {std::pair<Shape, double>(GroundMesh(2, 8), 0), std::pair<Shape, double>(Ground(9, 0.5), 0),
+        std::pair<Shape, double>(BoxMesh({2, 2, 0.5}), 0.5)}) {
     for (const double inward : {1e-4, 1e-3, 3e-3}) {
       const Vector3 corner(2 - inward, 0.1, level + 1e-5);
       const std::vector<MeetingPoint> points = Meet(ground, Box{kHalf}, {corner - lowest, turn}, 3e-3);

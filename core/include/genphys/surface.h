@@ -32,10 +32,10 @@ struct MeshData {
   std::vector<uint32_t> neighbor_first;
   std::vector<uint32_t> neighbors;
   std::vector<uint8_t> is_at_rim;  // by vertex: on an edge beyond which no triangle of the same side goes on
-  // By triangle: the third corner of the one beyond the edge from its corner k to the next, kNone if there is no such or
-  // more than one.
+  // By triangle: the third corner of the one beyond the edge from its corner k to the next, kNone if there is no such
+  // or more than one.
   std::vector<Triangle> across;
-  uint64_t hash = 0;               // of vertices and indices
+  uint64_t hash = 0;  // of vertices and indices
 };
 
 /// A mesh of `vertices` (m) and three numbers of them per triangle. Triangles without area and repeated ones are left

@@ -8,10 +8,10 @@
 
 namespace genphys {
 
-/// Tells of a triangle of a mesh or heightfield where what was cut at its edges has no end of its own. At the seam of two
-/// triangles that lie in one plane nothing ends. At any other edge what lies on it does, and not what leans: that comes
-/// nearer to this triangle or to the one beside, and there it meets it. Where a surface bends sharply or ends, all does
-/// that overlaps it.
+/// Tells of a triangle of a mesh or heightfield where what was cut at its edges has no end of its own. At the seam of
+/// two triangles that lie in one plane nothing ends. At any other edge what lies on it does, and not what leans: that
+/// comes nearer to this triangle or to the one beside, and there it meets it. Where a surface bends sharply or ends,
+/// all does that overlaps it.
 template <typename Surface>
 class Seams {
  public:

@@ -14,6 +14,10 @@ namespace {
 constexpr double kLevel = 1e-6;
 // Cosine between two normals above which they push in one direction.
 constexpr double kSameNormal = 1 - 1e-6;
+// By a little less than this two directions with that cosine differ.
+constexpr double kSameDirection = 1.5e-3;
+// Up to so many groups are looked at one after another.
+constexpr size_t kFewGroups = 32;
 // Of the size of the solid: nearer points are one.
 constexpr double kSamePoint = 1e-6;
 // Cosine between two normals below which they are those of two sides, not of one that goes on evenly.
@@ -150,16 +154,30 @@ class Meeting {
 SurfacePoints::SurfacePoints(double gap, const Solid& solid)
     : gap_(gap), solid_(solid), same_(kSamePoint * solid.size()) {}
 
-PointSet& SurfacePoints::GroupFor(const Vector3& normal) {
-  for (PointSet& group : groups_) {
-    if (group.normal().dot(normal) > kSameNormal) return group;
+// The first one that fits.
+size_t SurfacePoints::GroupFor(const Vector3& normal) {
+  const auto fits = [&](const PointSet& group) { return group.normal().dot(normal) > kSameNormal; };
+  size_t first = groups_.size();
+  if (groups_.size() <= kFewGroups) {
+    first = static_cast<size_t>(std::ranges::find_if(groups_, fits) - groups_.begin());
+  } else {
+    group_at_.VisitNear(normal, kSameDirection, [&](uint32_t number) {
+      if (number < first && fits(groups_[number])) first = number;
+    });
   }
-  return groups_.emplace_back(gap_);
+  if (first < groups_.size()) return first;
+  groups_.emplace_back(gap_);
+  if (groups_.size() == kFewGroups + 1) {
+    for (uint32_t i = 0; i < kFewGroups; ++i) group_at_.Add(groups_[i].normal(), i);
+  }
+  if (groups_.size() > kFewGroups) group_at_.Add(normal, static_cast<uint32_t>(first));
+  return first;
 }
 
 void SurfacePoints::Add(const PointSet& points) {
   for (const MeetingPoint& point : points.points()) {
-    PointSet& group = GroupFor(point.normal);
+    const size_t number = GroupFor(point.normal);
+    PointSet& group = groups_[number];
     const auto is_same = [&](const MeetingPoint& other) {
       return (other.position - point.position).squaredNorm() < same_ * same_;
     };
@@ -169,13 +187,14 @@ void SurfacePoints::Add(const PointSet& points) {
       InOrder(group).ReduceTo(thinned);
       group = PointSet(gap_);
       for (int i = 0; i < thinned.count; ++i) group.Add(thinned.points[static_cast<size_t>(i)]);
+      if (groups_.size() > kFewGroups) group_at_.Add(group.normal(), static_cast<uint32_t>(number));
     }
     group.Add(point);
   }
 }
 
-// Few are chosen from many, and of equals the first: those as the corners of the solid come, as where it meets one face,
-// not as the triangles do.
+// Few are chosen from many, and of equals the first: those as the corners of the solid come, as where it meets one
+// face, not as the triangles do.
 PointSet SurfacePoints::InOrder(const PointSet& group) const {
   const Vector3& normal = group.normal();
   absl::InlinedVector<const MeetingPoint*, 16> left;

@@ -3,6 +3,7 @@
 
 #include "genphys/narrow_phase.h"
 #include "shapes/clipping.h"
+#include "shapes/direction_index.h"
 
 namespace genphys {
 
@@ -20,7 +21,8 @@ class SurfacePoints {
   void ReduceTo(Manifold& manifold);
 
  private:
-  PointSet& GroupFor(const Vector3& normal);
+  // Numbers of groups; in the order in which they came about.
+  size_t GroupFor(const Vector3& normal);
   void SortGroups();
   PointSet InOrder(const PointSet& group) const;
 
@@ -28,6 +30,7 @@ class SurfacePoints {
   const Solid& solid_;
   double same_;  // m: as near as this to one before, a point is no other
   std::vector<PointSet> groups_;
+  DirectionIndex group_at_;  // by normal, once they are many
 };
 
 /// Where a mesh or heightfield meets the bounded convex `shape`, which lies at `placement` in the frame of the surface.
