@@ -30,6 +30,7 @@ class StepRun {
 
  private:
   class Crowd;
+  class Foretold;
   class Jolts;
   class Misdrawn;
   struct Rubbed;

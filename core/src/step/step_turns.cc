@@ -13,7 +13,7 @@
 #include "motion/free_rotation.h"
 #include "pairs/contact_points.h"
 #include "step/slide.h"
-#include "step/step_run.h"
+#include "step/step_foretold.h"
 
 namespace genphys {
 namespace {
@@ -35,9 +35,9 @@ constexpr uint32_t kPatch = 3;
 
 }  // namespace
 
-class StepRun::Turns {
+class StepRun::Turns : Foretold {
  public:
-  Turns(StepRun& run, double h) : run_(run), last_(run.world_.layer_.last_substep), h_(h) {}
+  using Foretold::Foretold;
 
   // Velocities are those from which the next solve goes on.
   void Find() {
@@ -54,14 +54,10 @@ class StepRun::Turns {
       const double mobility = Mobility(pair);
       if (mobility * brake_ > 0) Follow(pair, mobility);
     }
-    if (has_counted_) run_.scratch_.struck_index.Clear();
+    ForgetPairs();
   }
 
  private:
-  std::span<const ContactPoint> PointsOf(const ContactPair& pair) const {
-    return genphys::PointsOf(run_.world_.contacts_, pair);
-  }
-
   // Whether all its points slip the same way, and by more than they tremble.
   bool SlipsAsOne(const ContactPair& pair) {
     const auto pull = [&](EntityRow row) -> double {
@@ -97,37 +93,6 @@ class StepRun::Turns {
     return (faster.linear + faster.angular.cross(point - run_.CenterOf(row))) / h_;
   }
 
-  // Whether it is known what holds both, and the next solve is for as long a time of both.
-  bool IsKnown(const ContactPair& pair) {
-    time_ = run_.IntervalOf(pair, h_);
-    return IsKnown(pair.entity_a) && IsKnown(pair.entity_b);
-  }
-
-  bool IsKnown(EntityRow row) const {
-    if (!run_.IsMoved(row)) return true;
-    const HalfStep& half = run_.world_.layer_.half_steps[Index(row)];
-    return half.has_past && !half.is_struck && !half.is_woken && !half.in_flight && half.Interval(last_, h_) == time_ &&
-           !run_.scratch_.jointed[row] && !run_.world_.scene_.entities[Index(row)]->traits.is_locked;
-  }
-
-  // m/s^2, of its centre of mass if all goes on as in the last substep.
-  Vector3 RateOf(EntityRow row) const {
-    if (!run_.IsMoved(row)) return Vector3::Zero();
-    return run_.WholePush(row).acceleration + run_.world_.layer_.half_steps[Index(row)].held_rate;
-  }
-
-  // rad/s^2, the same.
-  Vector3 TurnRateOf(EntityRow row) const {
-    if (!run_.IsMoved(row)) return Vector3::Zero();
-    const Vector3 torque = run_.WholePush(row).torque + run_.world_.layer_.half_steps[Index(row)].held_torque;
-    return InverseOf(row) * torque;
-  }
-
-  Matrix3 InverseOf(EntityRow row) const {
-    const Matrix3& own = run_.world_.scene_.entities[Index(row)]->mass.inverse_tensor;
-    return WorldTensor(run_.state_.pose(row).orientation, own);
-  }
-
   // How the slip changes then (m/s^2). What stands on a face does not tip, whatever noise its torques have.
   Vector3 ChangeOf(const ContactPair& pair) const {
     const ContactPoint& point = PointsOf(pair).front();
@@ -137,12 +102,6 @@ class StepRun::Turns {
       return RateOf(row) + TurnRateOf(row).cross(point.position - run_.CenterOf(row));
     };
     return Across(gain(pair.entity_b) - gain(pair.entity_a), point.normal);
-  }
-
-  // Its sine, or one if it is a right angle or more.
-  static double Angle(const Vector3& from, const Vector3& to) {
-    const double cosine = from.dot(to);
-    return cosine <= 0 ? 1 : from.cross(to).norm() / (from.norm() * to.norm());
   }
 
   // How hard both are pressed, and what friction gave them.
@@ -158,20 +117,6 @@ class StepRun::Turns {
       has_slid |= last.friction == kinetic;
     }
     brake_ = has_slid ? kinetic * press : 0;
-  }
-
-  // How hard each point is pressed, as a part of all; whether any is.
-  bool FindShares(const ContactPair& pair) {
-    double sum = 0;
-    pressed_.clear();
-    for (const ContactPoint& point : PointsOf(pair)) {
-      const ContactPoint& nearest = *std::ranges::min_element(
-          solved_, {}, [&](const ContactPoint& last) { return (last.position - point.position).squaredNorm(); });
-      pressed_.push_back(nearest.normal_impulse);
-      sum += nearest.normal_impulse;
-    }
-    for (double& each : pressed_) each /= sum;
-    return sum > 0;
   }
 
   // m/s^2 along the slip, by which a force of 1 N on both changes it.
@@ -191,17 +136,10 @@ class StepRun::Turns {
     return mobility;
   }
 
-  // What stands by itself on something that nothing moves has nothing else to change its slip.
-  std::optional<EntityRow> StandingAlone(const ContactPair& pair) {
-    if (pair.point_count < kPatch || run_.IsMoved(pair.entity_a) == run_.IsMoved(pair.entity_b)) return std::nullopt;
-    const EntityRow row = run_.IsMoved(pair.entity_a) ? pair.entity_a : pair.entity_b;
-    return PairsOf(row) == 1 ? std::optional(row) : std::nullopt;
-  }
-
   void Follow(const ContactPair& pair, double mobility) {
     const double grip = pair.material.friction / pair.material.kinetic_friction;
     const Vector3 drive = change_ - mobility * Across(braked_, PointsOf(pair).front().normal);
-    const std::optional<EntityRow> alone = StandingAlone(pair);
+    const std::optional<EntityRow> alone = pair.point_count < kPatch ? std::nullopt : StandingAlone(pair);
     // What others change too is only looked at where it slips straight back.
     const bool may_turn_back =
         drive.norm() > mobility * brake_ * grip && drive.dot(slip_) < 0 && Angle(slip_, -drive) <= kTurns;
@@ -254,29 +192,12 @@ class StepRun::Turns {
     return Across(sum, points.front().normal);
   }
 
-  int PairsOf(EntityRow row) {
-    RowValues<int>& counts = run_.scratch_.struck_index;
-    if (!std::exchange(has_counted_, true)) {
-      for (const ContactPair& pair : run_.world_.contacts_.pairs) {
-        if (!run_.Holds(pair)) continue;
-        for (const EntityRow each : {pair.entity_a, pair.entity_b}) counts[each] = std::max(counts[each], 0) + 1;
-      }
-    }
-    return std::as_const(counts)[row];
-  }
-
-  StepRun& run_;
-  double last_, h_;
-  bool has_counted_ = false;
   // Of the pair at hand.
-  double pull_ = 0;                       // m/s^2, of what pulls at them from outside
-  double time_ = 0;                       // s, for which the solve acts on it
-  Vector3 slip_ = Vector3::Zero();        // m/s
-  Vector3 change_ = Vector3::Zero();      // m/s^2
-  std::span<const ContactPoint> solved_;  // as they were in the last solve
-  std::vector<double> pressed_;           // the part that each point bears
-  double brake_ = 0;                      // N, as much as friction can give
-  Vector3 braked_ = Vector3::Zero();      // N, on b, by friction
+  double pull_ = 0;                   // m/s^2, of what pulls at them from outside
+  Vector3 slip_ = Vector3::Zero();    // m/s
+  Vector3 change_ = Vector3::Zero();  // m/s^2
+  double brake_ = 0;                  // N, as much as friction can give
+  Vector3 braked_ = Vector3::Zero();  // N, on b, by friction
 };
 
 void StepRun::FindTurns(double h) {
