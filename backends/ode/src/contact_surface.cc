@@ -55,9 +55,21 @@ void SetFriction(const ContactConstraint& contact, const Vector3& slip, double f
   }
 }
 
-// Resistance to rolling is bounded along the same two axes. Where nothing slides the first follows the rolling.
-void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to) {
-  if (contact.rolling_friction == 0 || (to.surface.mode & dContactFDir1) != 0) return;
+// Resistance to rolling is bounded along the same two axes. Where nothing slides the first follows the rolling. What
+// rolls much faster than that could stop it soon is braked as what slides is, and not held across.
+void TurnToRolling(const ContactConstraint& contact, double fast, double step_size, dContact& to) {
+  to.surface.rho = to.surface.rho2 = std::max(contact.rolling_friction, kLeastArm);
+  if (contact.rolling_friction == 0) return;
+  const Vector3 way = contact.rolling.cross(contact.normal);
+  const double rolling = way.norm();
+  const bool slides = (to.surface.mode & dContactAxisDep) != 0;
+  if (!slides && rolling > fast && Across(contact.normal, contact.relative_spin).norm() > fast) {
+    to.surface.mode |= dContactFDir1;
+    ToOde(way / rolling, to.fdir1);
+    to.surface.rho = kLeastArm;
+    return;
+  }
+  if ((to.surface.mode & dContactFDir1) != 0) return;
   const Vector3 along = contact.relative_spin.cross(contact.normal);
   const double spin = along.norm();
   if (spin <= kRollGate * step_size) return;

@@ -15,6 +15,10 @@ inline constexpr double kErrorReduction = 0.2;
 /// m/s^2, of the Earth.
 inline constexpr double kGravity = 9.81;
 
+/// m: ODE counts the rows of all axes about which a contact resists, also of those where it does so by nothing, but
+/// then leaves them empty, and divides by what is in them.
+inline constexpr double kLeastArm = 1e-30;
+
 // What a contact tells ODE of the surfaces that meet there.
 
 /// m/s, of what friction has to brake.
@@ -23,8 +27,9 @@ Vector3 SlipOf(const ContactConstraint& contact);
 /// Friction against `slip`, which is `fast` (m/s) where friction does not stop it soon.
 void SetFriction(const ContactConstraint& contact, const Vector3& slip, double fast, double step_size, dContact& to);
 
-/// Turns the axes of friction to the rolling, where nothing slides.
-void TurnToRolling(const ContactConstraint& contact, double step_size, dContact& to);
+/// Turns the axes of friction to the rolling, which is `fast` (rad/s) where what resists does not stop it soon, unless
+/// something slides.
+void TurnToRolling(const ContactConstraint& contact, double fast, double step_size, dContact& to);
 
 /// What is taken away of an overlap, and how fast.
 void SetDepth(const ContactConstraint& contact, double step_size, dContact& to);

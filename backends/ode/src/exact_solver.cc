@@ -22,9 +22,6 @@ constexpr double kSoftness = 1e-4;
 // which are not soft.
 constexpr double kSpreadMax = 1e9;
 constexpr double kSpreadMaxJointed = 1e6;
-// m: ODE counts the rows of all axes about which a contact resists, also of those where it does so by nothing, but then
-// leaves them empty, and divides by what is in them.
-constexpr double kLeastArm = 1e-30;
 // kg and kg*m^2: nothing of the model moves that.
 constexpr double kImmovableMass = 1e30;
 // What is so many times as fast as friction at one of its points slows it down in a step slides on for some steps.
@@ -208,13 +205,13 @@ void ExactSolver::AddContact(const ContactConstraint& contact) {
 }
 
 void ExactSolver::SetTorsion(const ContactConstraint& contact, dContact& to) {
-  TurnToRolling(contact, step_size_, to);
-  to.surface.mode |= dContactRolling | dContactAxisDep;
-  to.surface.mu2 = to.surface.mu;
-  to.surface.rho = to.surface.rho2 = std::max(contact.rolling_friction, kLeastArm);
-  to.surface.rhoN = std::max(contact.spinning_friction, kLeastArm);
   double turnability = Turnability(masses_[contact.body]);
   if (contact.other != ContactConstraint::kImmovable) turnability += Turnability(masses_[contact.other]);
+  const double load = std::max(contact.load, pull_ * step_size_ / InverseMass(contact));
+  TurnToRolling(contact, kSlides * turnability * contact.rolling_friction * load, step_size_, to);
+  to.surface.mode |= dContactRolling | dContactAxisDep;
+  to.surface.mu2 = to.surface.mu;
+  to.surface.rhoN = std::max(contact.spinning_friction, kLeastArm);
   // ODE has one softness for all of these rows in the world: that of the one which is hardest to turn.
   const double softness = kSoftness * step_size_ * turnability;
   torsion_softness_ = torsion_softness_ > 0 ? std::min(torsion_softness_, softness) : softness;

@@ -47,6 +47,8 @@ struct ContactConstraint {
   double rolling_friction = 0;              // m
   double spinning_friction = 0;             // m
   Vector3 relative_spin = Vector3::Zero();  // of `body` against the other side, rad/s
+  Vector3 rolling = Vector3::Zero();        // rad/s, the same in the middle of the step
+  double load = 0;                          // N*s, by which the pair was pressed in the last solve
   Vector3 other_spin = Vector3::Zero();     // of an immovable other side, rad/s
   double softness = 1;                      // how much it gives way, of what others do
 };

@@ -140,12 +140,14 @@ void World::LoadContacts(uint32_t number, double softness, const Call& call) {
                               .rolling_friction = pair.material.rolling_friction,
                               .spinning_friction = pair.material.spinning_friction,
                               .relative_spin = pushed.angular_velocity - other.angular_velocity,
+                              .rolling = sign * pair.rolling,
+                              .load = remembered()[pairs[i]].load,
                               .other_spin = other.number == kUnsolved ? other.angular_velocity : Vector3::Zero(),
                               .softness = softness};
     for (uint32_t j = 0; j < pair.point_count; ++j) {
       const ContactPoint& point = call.contacts.points[pair.first_point + j];
       if (point.is_ahead) continue;
-      contact.grip = point.friction * remembered()[pairs[i]].load / pair.point_count;
+      contact.grip = point.friction * contact.load / pair.point_count;
       LoadContact(pair, point, pushed, other, sign, contact);
       solved_.push_back({pairs[i], j, sign});
     }

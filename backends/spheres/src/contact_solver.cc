@@ -7,6 +7,8 @@ namespace {
 
 // Of an overlap in each substep.
 constexpr double kPushedOut = 0.2;
+// What is so many times as fast as what resists slows it down in a step rolls on for some steps.
+constexpr double kRollsOn = 4;
 
 // `value` with no greater length than `bound`.
 Vector3 Within(const Vector3& value, double bound) {
@@ -43,6 +45,7 @@ void ContactSolver::AddContact(const ContactPair& pair, ContactPoint& point) {
   contact.arm_a = point.position - contact.a->center;
   contact.arm_b = point.position - contact.b->center;
   contact.material = pair.material;
+  contact.rolling = pair.rolling;
   contact.point = &point;
   point.normal_impulse = 0;
   point.friction_impulse.setZero();
@@ -117,14 +120,29 @@ void ContactSolver::SweepTorques(Contact& contact) {
     contact.spinning = wanted;
   }
   if (contact.material.rolling_friction > 0) {
-    const Vector3 rolling = turning - turning.dot(normal) * normal;
-    const double rate = rolling.norm();
-    Vector3 wanted = contact.torque;
-    if (rate > 0) wanted -= rolling / AngularSoftness(contact, rolling / rate);
-    wanted = Within(wanted, contact.material.rolling_friction * load);
+    const Vector3 wanted = ResistanceTo(turning - turning.dot(normal) * normal, contact);
     Apply(contact, Vector3::Zero(), wanted - contact.torque);
     contact.torque = wanted;
   }
+}
+
+// N*m*s on b. What rolls on for some steps is braked the way it goes in the middle of this one, and not held across.
+Vector3 ContactSolver::ResistanceTo(const Vector3& rolling, const Contact& contact) {
+  const ContactPoint& point = *contact.point;
+  const double most = contact.material.rolling_friction * point.normal_impulse;
+  const Vector3 middle = contact.rolling - contact.rolling.dot(point.normal) * point.normal;
+  const double speed = middle.norm();
+  if (speed > 0) {
+    const Vector3 along = middle / speed;
+    const double softness = AngularSoftness(contact, along);
+    if (speed > kRollsOn * softness * most) {
+      return std::clamp(contact.torque.dot(along) - rolling.dot(along) / softness, -most, most) * along;
+    }
+  }
+  const double rate = rolling.norm();
+  Vector3 wanted = contact.torque;
+  if (rate > 0) wanted -= rolling / AngularSoftness(contact, rolling / rate);
+  return Within(wanted, most);
 }
 
 void ContactSolver::SweepPush(Contact& contact, double step_size) {

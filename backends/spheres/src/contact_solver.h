@@ -43,6 +43,7 @@ class ContactSolver {
     Body* b = nullptr;
     Vector3 arm_a, arm_b;
     MixedMaterial material;
+    Vector3 rolling;  // rad/s, in the middle of the time that the solve is for
     ContactPoint* point = nullptr;
     Vector3 torque = Vector3::Zero();  // N*m*s on b that resists rolling
     double spinning = 0;               // N*m*s on b about the normal
@@ -57,6 +58,7 @@ class ContactSolver {
   static void SweepNormal(Contact& contact, double step_size);
   static void SweepFriction(Contact& contact);
   static void SweepTorques(Contact& contact);
+  static Vector3 ResistanceTo(const Vector3& rolling, const Contact& contact);
   static void SweepPush(Contact& contact, double step_size);
 
   const StateArrays& state_;

@@ -48,6 +48,9 @@ struct ContactPair {
   /// in the last solve, and there were none. It tells the direction in which joints and other contacts draw over a
   /// surface what they hold; zero where nothing tells it. The layer fills it before.
   Vector3 drawn = Vector3::Zero();
+  /// rad/s, world: how b turns against a before the solve, in the middle of the time that this is for. What rolls fast
+  /// is braked against that. The layer fills it before where something resists rolling.
+  Vector3 rolling = Vector3::Zero();
   /// s, for which Solve() acts on the two, and what is held gives impulses that grow with it; the layer fills it
   /// before.
   double interval = 0;

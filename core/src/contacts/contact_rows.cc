@@ -104,8 +104,7 @@ void ContactSweeps::Impl::AddPoint(const AddedPair& added, size_t number, const 
   PointImpulse& impulse = added.impulses[number];
   const SweptBody &a = bodies_[added.a], &b = bodies_[added.b];
   const auto first_friction = static_cast<uint32_t>(frictions_.size());
-  points_.push_back({&point, &impulse, pair.material.rolling_friction, pair.material.spinning_friction, first_friction,
-                     first_friction});
+  points_.push_back({&pair, &point, &impulse, first_friction, first_friction});
   // The points are those of the present poses: what was found for them is used in full. The solver then goes on over
   // many steps, and what rests comes to rest to the last digits.
   SolverRow& normal = normals_.emplace_back();
@@ -192,20 +191,36 @@ void ContactSweeps::Impl::AddFriction(const Vector3& direction, const Surface& s
 
 void ContactSweeps::Impl::AddTorsions() {
   for (size_t i = 0; i < normals_.size(); ++i) {
-    const AddedPoint& added = points_[i];
-    if (added.rolling_friction == 0 && added.spinning_friction == 0) continue;
-    const Vector3 axis = -added.point->normal;
-    if (added.spinning_friction > 0) AddTorsion(static_cast<uint32_t>(i), axis, added.spinning_friction);
-    if (added.rolling_friction == 0) continue;
-    // What is solved all at once has a bound for each line alone: along the rolling it is the same whatever way that
-    // goes.
-    const Vector3 spin = bodies_[normals_[i].b].angular_velocity - bodies_[normals_[i].a].angular_velocity;
-    const Vector3 across = spin - axis * axis.dot(spin);
-    const double speed = across.norm();
-    const Vector3 first = speed > kNoSpin ? Vector3(across / speed) : axis.unitOrthogonal();
-    AddTorsion(static_cast<uint32_t>(i), first, added.rolling_friction).is_first_of_two = true;
-    AddTorsion(static_cast<uint32_t>(i), axis.cross(first), added.rolling_friction);
+    const MixedMaterial& material = points_[i].pair->material;
+    const auto number = static_cast<uint32_t>(i);
+    if (material.spinning_friction > 0) AddTorsion(number, -points_[i].point->normal, material.spinning_friction);
+    if (material.rolling_friction > 0) AddRolling(number);
   }
+}
+
+void ContactSweeps::Impl::AddRolling(uint32_t number) {
+  const ContactPair& pair = *points_[number].pair;
+  const SolverRow& normal = normals_[number];
+  const double arm = pair.material.rolling_friction;
+  const Vector3 axis = -points_[number].point->normal;
+  const auto across = [&](const Vector3& spin) -> Vector3 { return spin - axis * axis.dot(spin); };
+  const SweptBody &a = bodies_[normal.a], &b = bodies_[normal.b];
+  const Vector3 spin = across(b.angular_velocity - a.angular_velocity), rolling = across(pair.rolling);
+  const double speed = spin.norm(), speed_in_middle = rolling.norm();
+  // What rolls on for some steps is braked against how it does in the middle of this one, which is of second order, and
+  // not held across.
+  const double weight = pull_ * step_size_ / (a.inverse_mass + b.inverse_mass);
+  const double most = arm * std::max(pair.point_count * normal.impulse, weight);
+  const double soon = ((a.inverse_tensor + b.inverse_tensor) * rolling).norm() * most;
+  if (std::min(speed, speed_in_middle) * speed_in_middle > kSlides * soon) {
+    AddTorsion(number, rolling / speed_in_middle, arm);
+    return;
+  }
+  // What is solved all at once has a bound for each line alone: along the rolling it is the same whatever way that
+  // goes.
+  const Vector3 first = speed > kNoSpin ? Vector3(spin / speed) : axis.unitOrthogonal();
+  AddTorsion(number, first, arm).is_first_of_two = true;
+  AddTorsion(number, axis.cross(first), arm);
 }
 
 ContactSweeps::Impl::Torsion& ContactSweeps::Impl::AddTorsion(uint32_t normal_index, const Vector3& axis, double arm) {

@@ -27,10 +27,9 @@ class ContactSweeps::Impl {
     JointRow* row;
   };
   struct AddedPoint {
+    const ContactPair* pair;
     ContactPoint* point;
     PointImpulse* impulse;
-    double rolling_friction;  // m
-    double spinning_friction;
     uint32_t first_friction;  // of its rows of friction
     uint32_t end_friction;
   };
@@ -61,6 +60,7 @@ class ContactSweeps::Impl {
   void AddFrictions(const AddedPair& added, size_t number, const Grip& grip, bool direct);
   void AddFriction(const Vector3& direction, const Surface& surface);
   void AddTorsions();
+  void AddRolling(uint32_t number);
   Torsion& AddTorsion(uint32_t normal, const Vector3& axis, double arm);
 
   uint32_t Iterations() const;

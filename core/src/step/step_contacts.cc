@@ -101,8 +101,12 @@ Vector3 StepRun::VelocityAt(EntityRow row, const Vector3& center, const Vector3&
 void StepRun::FillRelativeVelocities(const RowMarks* changed) {
   ContactBuffer& contacts = world_.contacts_;
   FillSurfaceVelocities(world_.rule_, state_, contacts);
-  for (const ContactPair& pair : contacts.pairs) {
+  for (ContactPair& pair : contacts.pairs) {
     if (changed != nullptr && !(*changed)[pair.entity_a] && !(*changed)[pair.entity_b]) continue;
+    if (pair.material.rolling_friction > 0) {
+      pair.rolling =
+          state_.angular_velocities.col(Index(pair.entity_b)) - state_.angular_velocities.col(Index(pair.entity_a));
+    }
     const Vector3 center_a = CenterOf(pair.entity_a), center_b = CenterOf(pair.entity_b);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
       ContactPoint& point = contacts.points[i];

@@ -33,6 +33,7 @@ class StepRun {
   class Foretold;
   class Jolts;
   class Misdrawn;
+  class Rolls;
   struct Rubbed;
   class Turns;
 
@@ -193,6 +194,13 @@ class StepRun {
   void TakeTurns(double h);
   void KeepTurns();
   void ShiftTurned();
+
+  // Resistance to rolling that does (step_rolls.cc).
+  void FindRolls(double h);
+  void GiveRolls();
+  void KickRolled(const RollTurn& turn);
+  void TakeRolls();
+  void KeepRolls();
 
   // What is told of the step (step_report.cc).
   void FinishNetForces();

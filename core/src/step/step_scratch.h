@@ -26,10 +26,24 @@ struct FrictionTurn {
   bool is_on_face = false;                // points beside each other keep it from rolling
 };
 
-/// By how much (m) something that turned is elsewhere than the velocity of the middle of the substep leads it.
+/// What rolls by itself on something that nothing moves, and of which resistance to that turns within a substep.
+struct RollTurn {
+  uint32_t pair = 0;  // of ContactBuffer::pairs
+  EntityRow row{};
+  double sign = 1;                  // -1 if that is side a
+  Vector3 given = Vector3::Zero();  // N*m*s, by what resists until then
+  double rest = 1;                  // the part of the time that is left for the solve
+  // N*s and N*m*s about its centre of mass, of a substep as it is at the end of this one: with what friction answers,
+  // by how much more than on the mean.
+  Wrench more;
+  double friction = 0;  // m, the coefficient from then on
+};
+
+/// By how much something that turned is elsewhere than the velocity of the middle of the substep leads it.
 struct TurnShift {
   EntityRow row{};
-  Vector3 way = Vector3::Zero();
+  Vector3 way = Vector3::Zero();   // m
+  Vector3 turn = Vector3::Zero();  // rad
 };
 
 /// What a step keeps by row while it runs. It stays with the world for its memory alone, and for what can be checked to
@@ -38,6 +52,7 @@ struct StepScratch {
   std::vector<Mover> movers;
   ContactBuffer solved_before;  // by the last solve of the step before
   std::vector<FrictionTurn> turns;
+  std::vector<RollTurn> rolls;
   std::vector<TurnShift> shifts;
 
   RowValues<Wrench> wrenches{Wrench{}};               // of commands

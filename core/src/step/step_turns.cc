@@ -262,6 +262,13 @@ void StepRun::ShiftTurned() {
   for (const TurnShift& shift : scratch_.shifts) {
     // Forces may have thrown it out of the bounds of the world.
     if (!IsMoved(shift.row)) continue;
+    if (!shift.turn.isZero(0)) {
+      const Pose pose = state_.pose(shift.row);
+      const Vector3 center = CenterOf(shift.row);
+      const Quaternion turned = Turned(pose.orientation, shift.turn, 1);
+      const Vector3& own = world_.scene_.entities[Index(shift.row)]->mass.center_of_mass;
+      state_.set_pose(shift.row, {center - turned * own, turned});
+    }
     state_.positions.col(Index(shift.row)) += shift.way;
     moved.push_back(shift.row);
   }

@@ -266,11 +266,13 @@ void StepRun::Substep(double h, double elapsed) {
   joints_.Begin(h);
   GatherFields(h);
   FindTurns(h);
+  FindRolls(h);
   for (Mover& mover : movers_) KickMover(mover, h);
   RetireStrays();
   locked_.Begin(rows_);
   PrepareContacts(h);
   GiveTurns();
+  GiveRolls();
   Mark("kick");
   Solve(h);
   Mark("solve");
@@ -279,6 +281,7 @@ void StepRun::Substep(double h, double elapsed) {
   joints_.FindReached(scratch_.reached);
   scratch_.uneven.Clear();
   TakeTurns(h);
+  TakeRolls();
   ShareImpulses(h);
   world_.engine_->WriteState(locked_.Finish(), state_);
   GatherForces();
@@ -294,6 +297,7 @@ void StepRun::Substep(double h, double elapsed) {
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
   KeepTurns();
+  KeepRolls();
   undo_.KeepSolved();  // nothing between the solve and this can be over the budget
   std::swap(world_.contacts_, world_.solved_);
   for (EntityRow row : rows_) Place(row);
@@ -344,6 +348,9 @@ void StepRun::ReturnToStart(std::span<const EntityRow> rows) {
     for (const EntityRow row : {turn.a, turn.b}) {
       if (is_one(row)) KickTurned(turn, row);
     }
+  }
+  for (const RollTurn& turn : scratch_.rolls) {
+    if (turn.rest < 1 && is_one(turn.row)) KickRolled(turn);
   }
   world_.engine_->WriteState(rows, state_);
 }
