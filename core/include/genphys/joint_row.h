@@ -36,6 +36,7 @@ struct JointRow {
   double repair = 0;                 // J: to make up for an error the solve may give so much
   bool is_reached = false;           // a limit that was not reached before comes up within the substep
   double leaving = 0;                // m/s or rad/s: so fast what pulls away from it will move off by the end of that
+  double until = 0;                  // s, from the start of that until it is reached
   double lower = -kUnbounded;        // N*s or N*m*s: either none, zero or minus `upper`
   double upper = kUnbounded;
   double impulse = 0;  // N*s or N*m*s: what the solve found

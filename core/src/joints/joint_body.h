@@ -13,6 +13,8 @@ struct JointBody {
   Pose pose;
   Matrix3 axes = Matrix3::Identity();         // of the entity's frame, world, as columns
   Vector3 center = Vector3::Zero();           // of mass, world
+  Vector3 linear_shown = Vector3::Zero();     // m/s, at the start of the substep
+  Vector3 angular_shown = Vector3::Zero();    // rad/s
   Vector3 linear_before = Vector3::Zero();    // m/s, as the last substep left it, before forces act
   Vector3 angular_before = Vector3::Zero();   // rad/s
   Vector3 linear_velocity = Vector3::Zero();  // m/s, with the forces of this substep

@@ -153,6 +153,13 @@ void JointStep::SortHeld() {
   if (!std::ranges::is_sorted(held_, {}, &Held::slot)) std::ranges::sort(held_, {}, &Held::slot);
 }
 
+void JointStep::TakeShown() {
+  for (JointBody& body : bodies().subspan(1)) {
+    body.linear_shown = state_.linear_velocities.col(Index(body.row));
+    body.angular_shown = state_.angular_velocities.col(Index(body.row));
+  }
+}
+
 void JointStep::Begin(double h) {
   SortHeld();
   for (JointBody& body : bodies().subspan(1)) Load(body, h);

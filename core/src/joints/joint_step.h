@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "genphys/backend.h"
 #include "genphys/islands.h"
 #include "genphys/joint_index.h"
@@ -42,6 +43,9 @@ class JointStep {
 
   /// Whether any entity that these joints hold sleeps.
   bool HoldSleeper() const;
+
+  /// Takes the velocities that are shown at the start of a substep, before it begins.
+  void TakeShown();
 
   /// Begins a substep of `h` seconds, before forces act: poses and velocities are those at its start, and tensors are
   /// set.
@@ -125,12 +129,25 @@ class JointStep {
     Vector3 angular = Vector3::Zero();
     bool is_pressed = false;  // something that it is held to is pressed against its limit from now on
   };
+  /// Where a body is at the end of a substep in which what joints hold it to came to a limit, and how it goes on.
+  struct Led {
+    EntityRow row{};
+    Pose pose;
+    Vector3 linear_velocity = Vector3::Zero();  // m/s, of the centre of mass
+    Vector3 momentum = Vector3::Zero();         // angular, kg*m^2/s, world
+    Vector3 held_rate = Vector3::Zero();        // m/s^2, by joints from now on
+    Vector3 held_torque = Vector3::Zero();      // N*m
+  };
+  /// By what acts from outside on an entity that has this velocity (m/s) and angular momentum (kg*m^2/s).
+  using PushOf = absl::FunctionRef<genphys::Push(EntityRow, const Vector3& velocity, const Vector3& momentum)>;
+
   /// Marks all that joints hold together with what came to a limit in the last solve.
   void FindReached(RowMarks& reached);
-  /// What is left of the blows of those limits at the end of a substep of `h` seconds: what was solved is what brings
-  /// all of them to the right place, a part of the blow. With the rest, what a limit stopped moves as it was pulled
-  /// away since, as far as what is locked lets it.
-  std::vector<Change> LeaveReached(double h);
+  /// Of those limits, after a substep of `h` seconds: what touches nothing, and where one limit alone was reached, is
+  /// `led` through it. Of all others what is left of the blows at its end: what was solved is what brings all of them
+  /// to the right place, a part of the blow. With the rest, what a limit stopped moves as it was pulled away since, as
+  /// far as what is locked lets it.
+  std::vector<Change> LeaveReached(double h, PushOf push_of, std::vector<Led>& led);
 
   /// Tells that blows between two solves left a row of the joint to bear the impulse that it has.
   void Bear(uint32_t slot, const JointRow& row);
@@ -142,6 +159,8 @@ class JointStep {
   void Restore();
 
  private:
+  class LimitCourse;
+
   struct Held {
     explicit Held(uint32_t joint) : slot(joint) {}
 
@@ -221,6 +240,8 @@ class JointStep {
   double RateAfter(const JointRow& row) const;
   void FindJolts(std::span<const JointRow> rows);
   void LeaveReached(const Linked& group, double h, std::vector<Change>& changes);
+  // False: it is not so simple.
+  bool FollowReached(const Linked& group, double h, PushOf push_of, std::vector<Led>& led);
   JointBody EndOf(EntityRow side, size_t place) const;
   // Those of a joint between bodies as they are, with nothing foretold, for a solve over `h` seconds.
   std::vector<JointRow> RowsBetween(uint32_t slot, const JointBody& a, const JointBody& b, double h) const;

@@ -23,9 +23,11 @@ void JointStep::FindReached(RowMarks& reached) {
   }
 }
 
-std::vector<JointStep::Change> JointStep::LeaveReached(double h) {
+std::vector<JointStep::Change> JointStep::LeaveReached(double h, PushOf push_of, std::vector<Led>& led) {
   std::vector<Change> changes;
-  for (const Linked& group : reached_) LeaveReached(group, h, changes);
+  for (const Linked& group : reached_) {
+    if (!FollowReached(group, h, push_of, led)) LeaveReached(group, h, changes);
+  }
   return changes;
 }
 

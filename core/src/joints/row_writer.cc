@@ -329,6 +329,7 @@ void RowWriter::Reach(const Coordinate& coordinate, double gap, double bend, Joi
   const double time = 2 * gap / (coming + std::sqrt(square));
   if (!(time < h)) return;
   row.is_reached = true;
+  row.until = time;
   row.leaving = std::max(-pull, 0.0) * (h - time);
   // By the end it has gone so far from the limit.
   row.target -= side * row.leaving * (h - time) / 2 / h;

@@ -59,7 +59,6 @@ class StepRun {
   // Brings bodies (ascending) back to how they were before the solve.
   void ReturnToStart(std::span<const EntityRow> rows);
   void RestrainJoints(double h, std::vector<JointRow>& rows);
-  void LeaveLimits(double h);
   void MoveKinematic(double h);
   void Undo();
   ContactBudget BudgetWithin() const;
@@ -201,6 +200,11 @@ class StepRun {
   void KickRolled(const RollTurn& turn);
   void TakeRolls();
   void KeepRolls();
+
+  // What joints stop at their limits (step_limits.cc).
+  void LeaveLimits(double h);
+  Push BrakedPush(EntityRow row, double h, const Vector3& velocity, const Vector3& momentum) const;
+  void Lead(const JointStep::Led& led, double h);
 
   // What is told of the step (step_report.cc).
   void FinishNetForces();

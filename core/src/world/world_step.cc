@@ -262,6 +262,7 @@ void StepRun::Substep(double h, double elapsed) {
   WakeMet(h);
   FindBends(h);
   FillLedSlips(h);
+  joints_.TakeShown();
   BeginMovers();
   joints_.Begin(h);
   GatherFields(h);
@@ -307,21 +308,6 @@ void StepRun::Substep(double h, double elapsed) {
   CollideAndWake(nullptr);
   PayReleased(nullptr);
   ResolveImpacts(h, elapsed + h, true, nullptr);
-}
-
-// What joints stopped at their limits goes on as it does since then.
-void StepRun::LeaveLimits(double h) {
-  for (const JointStep::Change& change : joints_.LeaveReached(h)) {
-    const uint32_t row = Index(change.row);
-    HalfStep& half = world_.layer_.half_steps[row];
-    state_.linear_velocities.col(row) += change.linear;
-    state_.angular_velocities.col(row) += change.angular;
-    half.velocity += change.linear;
-    const MassProperties& mass = world_.scene_.entities[row]->mass;
-    half.momentum += WorldTensor(state_.pose(change.row).orientation, mass.tensor) * change.angular;
-    // The limit bears from now on what it did not in the middle of the substep.
-    if (change.is_pressed) half.Restart();
-  }
 }
 
 void StepRun::Solve(double h) {

@@ -1,0 +1,81 @@
+// How what joints stop at their limits within a substep goes on from there.
+#include <cmath>
+#include <vector>
+
+#include "motion/free_rotation.h"
+#include "step/step_run.h"
+
+namespace genphys {
+namespace {
+
+// Of a substep: for so long it is looked what media take of a velocity.
+constexpr double kGlance = 1e-3;
+
+}  // namespace
+
+void StepRun::LeaveLimits(double h) {
+  const auto push_of = [&](EntityRow row, const Vector3& velocity, const Vector3& momentum) {
+    return BrakedPush(row, h, velocity, momentum);
+  };
+  std::vector<JointStep::Led> led;
+  for (const JointStep::Change& change : joints_.LeaveReached(h, push_of, led)) {
+    const uint32_t row = Index(change.row);
+    HalfStep& half = world_.layer_.half_steps[row];
+    state_.linear_velocities.col(row) += change.linear;
+    state_.angular_velocities.col(row) += change.angular;
+    half.velocity += change.linear;
+    const MassProperties& mass = world_.scene_.entities[row]->mass;
+    half.momentum += WorldTensor(state_.pose(change.row).orientation, mass.tensor) * change.angular;
+    // The limit bears from now on what it did not in the middle of the substep.
+    if (change.is_pressed) half.Restart();
+  }
+  std::vector<EntityRow> moved;
+  for (const JointStep::Led& each : led) {
+    Lead(each, h);
+    moved.push_back(each.row);
+  }
+  if (!moved.empty()) world_.engine_->WriteState(moved, state_);
+}
+
+// With what media do to it, which goes by how fast it is.
+Push StepRun::BrakedPush(EntityRow row, double h, const Vector3& velocity, const Vector3& momentum) const {
+  const double glance = kGlance * h;
+  const auto& [id, desc, mass, traits] = *world_.scene_.entities[Index(row)];
+  Vector3 slowed = std::exp(-traits.linear_damping * glance) * velocity;
+  Vector3 slowed_momentum = std::exp(-traits.angular_damping * glance) * momentum;
+  const Matrix3 inverse = WorldTensor(state_.pose(row).orientation, mass.inverse_tensor);
+  if (!fields_.empty()) fields_.Drag(row, glance, inverse, Vector3::Zero(), slowed, slowed_momentum);
+  Push push = WholePush(row);
+  push.acceleration += (slowed - velocity) / glance;
+  push.torque += (slowed_momentum - momentum) / glance;
+  return push;
+}
+
+// As if what holds it since then had done so in all of the substep.
+void StepRun::Lead(const JointStep::Led& led, double h) {
+  const uint32_t row = Index(led.row);
+  HalfStep& half = world_.layer_.half_steps[row];
+  const auto& [id, desc, mass, traits] = *world_.scene_.entities[row];
+  const Matrix3 tensor = WorldTensor(state_.pose(led.row).orientation, mass.tensor);
+  const Vector3 momentum = tensor * state_.angular_velocities.col(row), velocity = state_.linear_velocities.col(row);
+  const Vector3 held_velocity = h / 2 * led.held_rate, held_momentum = h / 2 * led.held_torque;
+  half.velocity += std::exp(traits.linear_damping * h / 2) *
+                   ((led.linear_velocity - held_velocity) - (velocity - half.held_velocity));
+  half.momentum +=
+      std::exp(traits.angular_damping * h / 2) * ((led.momentum - held_momentum) - (momentum - half.held_momentum));
+  half.held_velocity = held_velocity;
+  half.held_momentum = held_momentum;
+  half.held_rate = led.held_rate;
+  half.held_torque = led.held_torque;
+  state_.set_pose(led.row, led.pose);
+  state_.linear_velocities.col(row) = led.linear_velocity;
+  const Matrix3 inverse = WorldTensor(led.pose.orientation, mass.inverse_tensor);
+  state_.angular_velocities.col(row) = inverse * led.momentum;
+  if (fields_.empty()) return;
+  // How fast it would have been is not told where media slow it down.
+  Vector3 slowed = led.linear_velocity, slowed_momentum = led.momentum;
+  fields_.Drag(led.row, h, inverse, Vector3::Zero(), slowed, slowed_momentum);
+  if (slowed != led.linear_velocity || slowed_momentum != led.momentum) half.Restart();
+}
+
+}  // namespace genphys
