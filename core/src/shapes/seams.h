@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -20,21 +21,20 @@ class Seams {
       : surface_(surface), triangle_(triangle), place_(place), up_(up) {}
 
   /// `depth`: of the point at `corner`, m.
-  bool IsSeam(const CutCorner& corner, const SolidFeature& incident, double depth) const {
-    bool is_level = true, is_even = true, lies_on = true;
+  bool IsSeam(const CutCorner& corner, const SolidFeature& incident, double depth) {
+    bool is_level = true, is_even = true;
+    const Fold* fold = nullptr;
     int edges = 0;
     for (size_t k = 0; k < 3; ++k) {
       if ((corner.edges >> k & 1) == 0) continue;
-      const std::optional<Fold> fold = FoldAt(k);
-      const double slope = fold ? fold->slope : -std::numeric_limits<double>::infinity();
-      is_level = is_level && std::abs(slope) <= kLevel;
-      is_even = is_even && std::abs(slope) <= kEven;
-      lies_on = LiesOn(fold, corner.outward);
+      fold = &FoldAt(k);
+      is_level = is_level && std::abs(fold->slope) <= kLevel;
+      is_even = is_even && std::abs(fold->slope) <= kEven;
       ++edges;
     }
     if (is_level) return true;
     if (!is_even && depth >= 0) return false;
-    return edges == 1 ? !lies_on : !LiesOn(CornerAt(corner.edges), incident);
+    return edges == 1 ? !LiesOn(*fold, corner.outward) : !LiesOn(CornerAt(corner.edges), incident);
   }
 
  private:
@@ -47,28 +47,31 @@ class Seams {
 
   struct Fold {
     Vector3 outward;  // across the edge, in the plane of the triangle, unit length
-    double slope;     // of the triangle beyond
+    double slope;     // of the triangle beyond, minus infinity of none
   };
 
-  std::optional<Fold> FoldAt(size_t k) const {
+  // Of the edge from corner k: most corners that a triangle cuts are on two edges.
+  const Fold& FoldAt(size_t k) {
+    if (folds_[k]) return *folds_[k];
     const Vector3& corner = triangle_.corners[k];
     const Vector3 outward = (triangle_.corners[(k + 1) % 3] - corner).cross(up_).normalized();
-    const std::optional<Vector3> across = Across(surface_, triangle_, k);
-    if (!across) return std::nullopt;
-    const Vector3 beyond = *across - place_ - corner;
-    const double reach = outward.dot(beyond);
-    if (!(reach > 0)) return std::nullopt;
-    return Fold{outward, up_.dot(beyond) / reach};
+    Fold& fold = folds_[k].emplace(Fold{outward, -std::numeric_limits<double>::infinity()});
+    if (const std::optional<Vector3> across = Across(surface_, triangle_, k)) {
+      const Vector3 beyond = *across - place_ - corner;
+      const double reach = outward.dot(beyond);
+      if (reach > 0) fold.slope = up_.dot(beyond) / reach;
+    }
+    return fold;
   }
 
   // Whether what goes on along `way`, over the edge, comes nearer to the surface on neither side of that. What
   // lies level and runs into a wall does, and still lies on the floor before it.
-  bool LiesOn(const std::optional<Fold>& fold, const Vector3& way) const {
+  bool LiesOn(const Fold& fold, const Vector3& way) const {
     const double rise = up_.dot(way), run = (way - rise * up_).norm();
     if (rise > kLeaning * run) return false;
-    if (!fold) return true;
-    const double beyond = fold->slope > kEven ? 0 : fold->slope;
-    return rise - beyond * fold->outward.dot(way) >= -kLeaning * run;
+    if (!std::isfinite(fold.slope)) return true;
+    const double beyond = fold.slope > kEven ? 0 : fold.slope;
+    return rise - beyond * fold.outward.dot(way) >= -kLeaning * run;
   }
 
   // Whether a face over a corner of the surface comes nearer to none of what lies round that.
@@ -91,6 +94,7 @@ class Seams {
   const SurfaceTriangle& triangle_;
   const Vector3& place_;
   const Vector3& up_;
+  std::array<std::optional<Fold>, 3> folds_;
 };
 
 }  // namespace genphys

@@ -127,7 +127,7 @@ class Meeting {
   void Add(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up, const Vector3& normal,
            const std::optional<Separation>& closest) {
     PointSet points(gap_), seams(gap_);
-    const Seams round(surface_, triangle, place_, up);
+    Seams round(surface_, triangle, place_, up);
     const auto is_seam = [&](const CutCorner& corner, const SolidFeature& incident, double depth) {
       return round.IsSeam(corner, incident, depth);
     };
@@ -137,7 +137,12 @@ class Meeting {
       points.Add({.position = closest->place, .normal = closest->normal, .depth = closest->depth});
     }
     points_.Add(points);
-    seams_.Add(seams);
+    // On an even surface that is none, as soon as the deepest point is known.
+    PointSet lacking(gap_);
+    for (const MeetingPoint& point : seams.points()) {
+      if (!points_.HasAsDeep(point)) lacking.Add(point);
+    }
+    seams_.Add(lacking);
   }
 
   const Surface& surface_;
@@ -216,6 +221,13 @@ PointSet SurfacePoints::InOrder(const PointSet& group) const {
 void SurfacePoints::SortGroups() {
   std::stable_sort(groups_.begin(), groups_.end(),
                    [](const PointSet& a, const PointSet& b) { return a.deepest() > b.deepest(); });
+}
+
+bool SurfacePoints::HasAsDeep(const MeetingPoint& point) const {
+  return std::ranges::any_of(
+      std::span(groups_).first(std::min(groups_.size(), kFewGroups)), [&](const PointSet& group) {
+        return group.deepest() >= point.depth - same_ && group.normal().dot(point.normal) > kAlike;
+      });
 }
 
 void SurfacePoints::AddLacking(SurfacePoints& seams) {
