@@ -69,7 +69,7 @@ ImpactMotion ImpactPast::MotionOf(EntityRow entity) const {
   const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
   const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
-  if (world_.jointed[entity]) {
+  if (world_.jointed[entity] || world_.shoved[entity]) {
     const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
     if (way != ways_.end() && way->row == entity) {
       return ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, way->acceleration,

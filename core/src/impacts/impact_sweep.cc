@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "genphys/bounds.h"
+#include "genphys/narrow_phase.h"
 #include "genphys/proximity.h"
 #include "impacts/impact_motion.h"
 #include "impacts/impact_turning.h"
@@ -42,7 +43,7 @@ constexpr size_t kPairsPerSearch = 32;
 class Sweeper {
  public:
   Sweeper(const ImpactWorld& world, const NearPairs& near, double step_size, size_t expected)
-      : world_(world), near_(near), speed_(world, step_size) {
+      : world_(world), near_(near), speed_(world, step_size), step_size_(step_size) {
     sweeps_.reserve(expected);
   }
 
@@ -50,6 +51,8 @@ class Sweeper {
     const uint32_t row = Index(way.row);
     const auto& body = world_.scene.entities[row]->desc->rigid_body;
     if (!body || body->motion_type == MotionType::kStatic) return;
+    // All that others do to it happens where it is.
+    if (world_.shoved[way.row]) return;
     const Pose end = world_.state.pose(way.row);
     const Vector3 turn = way.time * world_.state.angular_velocities.col(row);
     const double angle = turn.norm();
@@ -165,7 +168,7 @@ class Sweeper {
   }
 
   Vector3 SpinOf(EntityRow row) const {
-    if (!world_.active[Index(row)]) return Vector3::Zero();
+    if (!world_.active[Index(row)] || world_.shoved[row]) return Vector3::Zero();
     return world_.state.angular_velocities.col(Index(row));
   }
 
@@ -304,7 +307,7 @@ class Sweeper {
     if (StaysClear(sweep, encounter, there)) return;
     if (sweep.reach > 0 && TurnsClear(sweep, encounter, target, there)) return;
     const std::optional<Hit> hit =
-        sweep.reach > 0 ? MeetTurning(sweep, encounter, target, there) : MeetStraight(sweep, encounter, there);
+        sweep.reach > 0 ? MeetTurning(sweep, encounter, target, there) : MeetStraight(sweep, encounter, target, there);
     if (!hit) return;
     SweptPair pair{sweep.way->row, target, sweep.own, other, hit->time, hit->closing, hit->is_deep};
     if (!candidate.is_sensor && !(pair.closing > speed_.Of(sweep.way->row, target, hit->normal))) return;
@@ -369,14 +372,38 @@ class Sweeper {
     return passage_;
   }
 
-  static std::optional<Hit> MeetStraight(const Sweep& sweep, const Encounter& encounter, const Geometry& there) {
-    const auto& [time, start, target, relative, bend] = encounter;
+  std::optional<Hit> MeetStraight(const Sweep& sweep, const Encounter& encounter, EntityRow target,
+                                  const Geometry& there) const {
+    const auto& [time, start, place, relative, bend] = encounter;
     const Shape& shape = sweep.geometry->shape;
     // What goes the same way, like the next links of a chain, is not passed.
     if (relative.norm() <= UnseenWay(shape)) return std::nullopt;
-    const std::optional<ShapeHit> hit = SweepShape(shape, start, relative, there.shape, target);
-    if (!hit || !(hit->fraction > 0)) return std::nullopt;
+    std::optional<ShapeHit> hit = SweepShape(shape, start, relative, there.shape, place);
+    if (hit && !(hit->fraction > 0) && !SpinOf(target).isZero(0)) {
+      // Before it turned they may have been apart.
+      const Placement before = ToPlacement(StraightMotionOf(target).PoseBefore(time));
+      hit = SweepShape(shape, start, relative, there.shape, PlacedIn(before, there.pose_in_entity));
+    }
+    if (!hit) return std::nullopt;
+    if (!(hit->fraction > 0)) return MeetTouching(sweep, encounter, target, there);
     return Hit{(1 - hit->fraction) * time, -relative.dot(hit->normal) / time, hit->normal};
+  }
+
+  // Whether two that touched when one of them was hit last go through each other from there, which no solve holds.
+  std::optional<Hit> MeetTouching(const Sweep& sweep, const Encounter& encounter, EntityRow target,
+                                  const Geometry& there) const {
+    if (!(encounter.time < step_size_ || world_.shoved[target])) return std::nullopt;
+    Manifold manifold;
+    FindContacts(sweep.geometry->shape, encounter.start, there.shape, encounter.target, 0, manifold);
+    std::optional<Hit> hit;
+    double deepest = 0;
+    for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
+      const double way = encounter.relative.dot(point.normal);
+      if (point.depth < deepest || way <= UnseenWay(sweep.geometry->shape)) continue;
+      deepest = point.depth;
+      hit = Hit{encounter.time, way / encounter.time, -point.normal};
+    }
+    return hit;
   }
 
   std::optional<Hit> MeetTurning(const Sweep& sweep, const Encounter& encounter, EntityRow target,
@@ -403,16 +430,18 @@ class Sweeper {
     if (hit && hit->closing > speed_.Of(sweep.way->row, target, hit->normal)) return hit;
     // What is in touch and turns on may roll into the other one, or the far end of something slender falls on it.
     const double turn = (own.angular_velocity() - spin).norm() * encounter.time;
-    if (turn < kRollingTurn && turn * sweep.reach <= kUnseenTurn * SmallestHalfExtent(sweep.geometry->shape)) {
+    const double depth = std::max(DepthBefore(mine, theirs, encounter.time), 0.0);
+    const bool is_since_blow = depth > 0 && (encounter.time < step_size_ || world_.shoved[target]);
+    if (!is_since_blow && turn < kRollingTurn &&
+        turn * sweep.reach <= kUnseenTurn * SmallestHalfExtent(sweep.geometry->shape)) {
       return std::nullopt;
     }
-    const double depth = std::max(DepthBefore(mine, theirs, encounter.time), 0.0);
     return meets(std::max(kRolledIn * unseen, depth + kRolledOn * unseen));
   }
 
-  // By which it came to where it is.
+  // By which it came to where it is; of whom others hit there none.
   Vector3 VelocityOf(EntityRow row) const {
-    if (!world_.active[Index(row)]) return Vector3::Zero();
+    if (!world_.active[Index(row)] || world_.shoved[row]) return Vector3::Zero();
     const HalfStep& half = world_.layer.half_steps[Index(row)];
     return half.restarts ? Vector3(world_.state.linear_velocities.col(Index(row))) : half.velocity;
   }
@@ -420,6 +449,7 @@ class Sweeper {
   const ImpactWorld& world_;
   const NearPairs& near_;
   ImpactSpeed speed_;
+  double step_size_;
   std::vector<Sweep> sweeps_;
   std::optional<ImpactMotion> motion_;
   const FlownWay* motion_of_ = nullptr;

@@ -35,6 +35,11 @@ constexpr double kAlong = 4;
 // m: at which two are taken to collide that cover `way` (m) in a substep.
 double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
 
+// m: so deep those may come to be that are put off, for they graze each other.
+constexpr double kGrazeDepth = 2e-5;
+// Of the substep: by so much they are put off at first, and by twice as much each time.
+constexpr double kFirstPutOff = 1.0 / 512;
+
 }  // namespace
 
 // Who hangs together with whom.
@@ -104,6 +109,13 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   return pair.material.restitution > 0 && !past_.WerePressed(entities);
 }
 
+// The same of two of which one went through the other: what held them until then did not.
+bool Impacts::IsHeldThrough(const ContactPair& pair) const {
+  if (!rewinds_ || speed_.IsStillFree(pair)) return false;
+  const bool is_jointed = world_.jointed[pair.entity_a] || world_.jointed[pair.entity_b];
+  return !is_jointed || IsNewAmongHeld(pair);
+}
+
 bool Impacts::WereApart(const ContactPair& pair, double time, double speed) const {
   Manifold manifold;
   past_.FindMeeting(pair, time, time, 0, manifold);
@@ -145,7 +157,28 @@ Placement Impacts::InTime(EntityRow entity, GeometryRow geometry, const ContactP
 bool Impacts::GoesBack(EntityRow row, const Candidate& candidate) const {
   // Alone it would leave behind whom joints hold together with it.
   if (IsLinked(row)) return rewinds_ && GroupOf(row)->is_tied;
-  return candidate.is_held || speed_.IsInFlight(row) || (rewinds_ && past_.StandsOnGround(row));
+  if (candidate.is_held || speed_.IsInFlight(row) || (rewinds_ && past_.StandsOnGround(row))) return true;
+  return std::ranges::binary_search(going_, row);
+}
+
+// Whether what moved is where it was when the two met, and not where it is at the end.
+bool Impacts::AnyGoesBack(const Candidate& candidate) const {
+  const auto goes = [&](EntityRow row) { return past_.IsMovable(row) && GoesBack(row, candidate); };
+  return goes(candidate.pair.entity_a) || goes(candidate.pair.entity_b);
+}
+
+// Finds who goes back for one impact at least, and so for all of them: those that meet something new that is held as
+// well, and those of whom it is known how they went since they did.
+void Impacts::FindGoing() {
+  going_.clear();
+  if (!rewinds_) return;
+  for (const Candidate& candidate : candidates_) {
+    for (const EntityRow row : {candidate.pair.entity_a, candidate.pair.entity_b}) {
+      if (past_.IsMovable(row) && (candidate.is_held || past_.WayFromBlow(row) != nullptr)) going_.push_back(row);
+    }
+  }
+  std::ranges::sort(going_);
+  going_.erase(std::unique(going_.begin(), going_.end()), going_.end());
 }
 
 // Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that graze
@@ -200,6 +233,42 @@ void Impacts::Refine(Candidate& candidate) const {
     time = next;
   }
   candidate.time = HasRolled(candidate, time) ? std::max(since - kLeastProgress * step_size_, 0.0) : time;
+}
+
+// Remembers who met and hardly closed by then, or not at all: what turns against a face or comes along it would do so
+// again and again, each time a trifle later, and others wait for it.
+void Impacts::NoteGrazes() {
+  if (!rewinds_) return;
+  const Candidate* last = nullptr;
+  for (size_t i = 0; i < blows_.size(); ++i) {
+    const Candidate* const candidate = blow_pairs_[i];
+    if (candidate->time == 0) continue;
+    const double closing = -approaches_[i].dot(blows_[i].normal);
+    const bool grazes = closing * kLeastProgress * step_size_ <= kGrazeDepth;
+    const auto [a, b] = std::pair(candidate->pair.geometry_a, candidate->pair.geometry_b);
+    const auto known = std::ranges::find_if(
+        grazes_, [&](const Graze& graze) { return graze.geometry_a == a && graze.geometry_b == b; });
+    if (!grazes) {
+      if (known != grazes_.end()) grazes_.erase(known);
+    } else if (known == grazes_.end()) {
+      if (candidate != last) grazes_.push_back({a, b, candidate->time, 1});
+    } else if (candidate != last) {
+      known->time = std::min(known->time, candidate->time);
+      ++known->count;
+    }
+    last = candidate;
+  }
+}
+
+// Those that grazed each other just before do so again a while later.
+void Impacts::PutOff(Candidate& candidate) const {
+  if (grazes_.empty() || candidate.time == 0) return;
+  const auto known = std::ranges::find_if(grazes_, [&](const Graze& graze) {
+    return graze.geometry_a == candidate.pair.geometry_a && graze.geometry_b == candidate.pair.geometry_b;
+  });
+  if (known == grazes_.end()) return;
+  const double part = std::min(std::ldexp(kFirstPutOff, known->count - 1), kLeastProgress);
+  candidate.time = std::min(candidate.time, std::max(known->time - part * step_size_, 0.0));
 }
 
 // Whether it is one of many hits of a body that stays in touch while it rolls, each of them hardly later than the last

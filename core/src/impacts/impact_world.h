@@ -47,6 +47,7 @@ struct ImpactWorld {
   const ContactBuffer& solved;              // what touched in this substep, with impulses
   JointStep& joints;
   RowMarks& linked;  // memory of the impacts
+  RowMarks& shoved;  // hit in this substep where they are at the end, so that they went otherwise than they do now
   // The same, which they leave empty.
   RowValues<int>& group_of;      // -1: none
   RowValues<int>& struck_index;  // -1: none

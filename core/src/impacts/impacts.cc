@@ -48,10 +48,13 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   };
   if (rewinds_) bearings_.FindStances(contacts, std::ranges::any_of(candidates_, is_woken));
   FindGroups();
+  FindGoing();
   // By their depth alone the edge of a tile behind can seem to have been met before the one that was.
   Time();
-  KeepEarliest();
-  Time();
+  do {
+    KeepEarliest();
+    Time();
+  } while (AreEarlierWaiting());
   CollectStruck(contacts);
   blows_.clear();
   blow_pairs_.clear();
@@ -63,6 +66,7 @@ bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std:
   bool has_hit = false;
   if (!blows_.empty()) {
     Separate();
+    NoteGrazes();
     Record();
     has_hit = MarkHit();
     if (has_hit) Apply(RestOfStep());
@@ -117,7 +121,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
                               .closing = pair.closing,
                               .is_swept = true,
                               .is_deep = pair.is_deep,
-                              .is_held = !speed_.IsStillFree(as_contact) && IsNewAmongHeld(as_contact)};
+                              .is_held = IsHeldThrough(as_contact)};
     // Who looked along a way knows when it met something, and points at its end do not.
     if (known == candidates_.end()) {
       candidates_.push_back(candidate);
@@ -178,25 +182,52 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
 void Impacts::Time() {
   CountCrowds();
   for (Candidate& candidate : candidates_) {
-    if (candidate.is_timed || candidate.time == 0 || candidate.is_deep) continue;
+    if (candidate.is_timed || candidate.time == 0) continue;
+    if (!AnyGoesBack(candidate)) {
+      candidate.time = 0;
+      continue;
+    }
+    if (candidate.is_deep) continue;
     candidate.is_timed = candidate.is_swept || !IsCrowded(candidate.pair);
     if (candidate.is_timed) Refine(candidate);
   }
+  for (Candidate& candidate : candidates_) PutOff(candidate);
+}
+
+// Of the first of these impacts of a body, or of what joints hold together with it, s before the end.
+double& Impacts::EarliestOf(EntityRow row) {
+  const Group* const group = GroupOf(row);
+  return world_.earliest[group != nullptr ? group->linked.rows.front() : row];
+}
+
+void Impacts::FindEarliest() {
+  world_.earliest.Clear();
+  for (const Candidate& c : candidates_) {
+    for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
+      if (world_.active[Index(row)]) EarliestOf(row) = std::max(EarliestOf(row), c.time);
+    }
+  }
+}
+
+// Whether somebody waits who went through another one, and what it waits for turned out to happen only after that. All
+// are sorted anew then: whose time is known keeps it, so that this comes to an end.
+bool Impacts::AreEarlierWaiting() {
+  FindEarliest();
+  const bool are_any = std::ranges::any_of(waiting_, [&](const Candidate& c) {
+    const double first = std::max(EarliestOf(c.pair.entity_a), EarliestOf(c.pair.entity_b));
+    return c.is_swept && first > 0 && c.time > first + kSameTime * step_size_;
+  });
+  if (!are_any) return false;
+  candidates_.insert(candidates_.end(), waiting_.begin(), waiting_.end());
+  waiting_.clear();
+  return true;
 }
 
 // Later impacts of a body, or of what joints hold together with it, wait until the earlier ones have changed its way.
 void Impacts::KeepEarliest() {
-  const auto earliest = [&](EntityRow row) -> double& {
-    const Group* const group = GroupOf(row);
-    return world_.earliest[group != nullptr ? group->linked.rows.front() : row];
-  };
-  for (const Candidate& c : candidates_) {
-    for (EntityRow row : {c.pair.entity_a, c.pair.entity_b}) {
-      if (world_.active[Index(row)]) earliest(row) = std::max(earliest(row), c.time);
-    }
-  }
+  FindEarliest();
   std::erase_if(candidates_, [&](const Candidate& c) {
-    const double first = std::max(earliest(c.pair.entity_a), earliest(c.pair.entity_b));
+    const double first = std::max(EarliestOf(c.pair.entity_a), EarliestOf(c.pair.entity_b));
     const bool waits = c.time < first - kSameTime * step_size_;
     if (waits) waiting_.push_back(c);
     return waits;
@@ -430,6 +461,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
     const uint32_t row = Index(struck.row);
     HalfStep& half = world_.layer.half_steps[row];
     if (struck.time > 0) {
+      world_.shoved.Unmark(struck.row);
       world_.free_since[struck.row] = struck.time;
       const Pose then = struck.motion.PoseBefore(struck.time);
       moved_.push_back(
@@ -440,6 +472,7 @@ void Impacts::Apply(const std::vector<StruckBody>& ends) {
       half.Restart();
       continue;
     }
+    if (rewinds_) world_.shoved.Mark(struck.row);
     // Its way says no longer how it goes.
     if (world_.jointed[struck.row]) world_.free_since[struck.row] = 0;
     const Vector3 linear = ends[i].linear_velocity - struck.lacking_linear;

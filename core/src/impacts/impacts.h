@@ -127,6 +127,13 @@ class Impacts {
     std::vector<Wrench> wrenches{};  // of what pushes these besides what is known anyway
     bool goes_back() const { return is_tied && time > 0; }
   };
+  // Of two that hardly closed when they met.
+  struct Graze {
+    GeometryRow geometry_a{};
+    GeometryRow geometry_b{};
+    double time = 0;  // s before the end, of the last one
+    int count = 0;
+  };
   // Where and how one that went back is at the end.
   struct Arrival {
     Pose pose;
@@ -153,13 +160,21 @@ class Impacts {
   std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsNewAmongHeld(const ContactPair& pair) const;
+  bool IsHeldThrough(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
   bool Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
+  bool AnyGoesBack(const Candidate& candidate) const;
+  void FindGoing();
   void Time();
   void KeepEarliest();
+  double& EarliestOf(EntityRow row);
+  void FindEarliest();
+  bool AreEarlierWaiting();
   void Refine(Candidate& candidate) const;
   bool HasRolled(const Candidate& candidate, double time) const;
+  void NoteGrazes();
+  void PutOff(Candidate& candidate) const;
   void CollectStruck(const ContactBuffer& contacts);
   void AddBlows(const ContactBuffer& contacts, Candidate& candidate);
   Vector3 Ask(Blow& blow, const ContactPair& pair) const;
@@ -243,6 +258,8 @@ class Impacts {
   Crowds crowds_;                     // of candidates_
   std::vector<Group> groups_;         // of the candidates
   std::vector<Candidate> supports_;   // on what those stand that are struck
+  std::vector<Graze> grazes_;
+  std::vector<EntityRow> going_;  // ascending; see FindGoing()
   int solves_ = 0;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_

@@ -212,6 +212,7 @@ ImpactWorld StepRun::Surroundings() {
           .solved = world_.solved_,
           .joints = joints_,
           .linked = scratch_.linked,
+          .shoved = scratch_.shoved,
           .group_of = scratch_.group_of,
           .struck_index = scratch_.struck_index,
           .swept_index = scratch_.swept_index,
@@ -374,6 +375,7 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const Ro
   }
   scratch_.free_since.Clear();
   scratch_.stances.Clear();
+  scratch_.shoved.Clear();
   world_.near_->PutInOrder(world_.contacts_);
   touches_.AddSolved(impacts.impulses());
   if (after_move) AddVisits();

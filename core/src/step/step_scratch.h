@@ -73,6 +73,7 @@ struct StepScratch {
   RowValues<double> earliest{0};                      // of impacts, s before the end
   RowValues<uint8_t> stances{0};                      // of who is pressed against something
   RowValues<double> free_since{kAlwaysFree};          // its last impact in this substep, s before the end
+  RowMarks shoved;                                    // an impact of this substep hit it where it is at the end
   RowMarks flew;                                      // in flight before the solve
   RowMarks jolted;                                    // the last solve gave it a blow
   RowMarks reached;                                   // it, or what joints hold it to, a limit
@@ -95,7 +96,7 @@ struct StepScratch {
     reset(drives, uneven, wrenches, field_wrenches, samples, last_samples, is_sampled, was_sampled, accelerations,
           struck_index, group_of, swept_index, partners, places, earliest, free_since, stances, passed_index,
           crowd_number, flew, jolted, reached, jointed, linked, held, paid, changed, moved, tested, flies, steered,
-          strays, pushed);
+          strays, pushed, shoved);
   }
 };
 
