@@ -320,6 +320,35 @@ void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>
   std::ranges::inplace_merge(ways, ways.begin() + own, {}, &FlownWay::row);
 }
 
+// Whom the bodies of `ways` met on them. What is looked at anew, for others are there now, is all: null.
+Swept StepRun::SweepAlong(double h, double elapsed, std::vector<FlownWay>& flown, std::vector<FlownWay>& ways,
+                          const RowMarks*& looked_at) {
+  const ImpactWorld surroundings = Surroundings();
+  Swept swept = FindSwept(surroundings, *world_.near_, ways, h);
+  while (GroundPassed(swept, h, elapsed, flown, ways)) {
+    FillRelativeVelocities(looked_at = nullptr);
+    swept = FindSwept(surroundings, *world_.near_, ways, h);
+  }
+  return swept;
+}
+
+// Tells everybody where these are now. What is looked at anew is all, or nothing else.
+void StepRun::TellMoved(const std::vector<EntityRow>& rows, double elapsed, const RowMarks*& looked_at) {
+  for (const EntityRow row : rows) {
+    std::erase_if(visits_, [&](const SweptPair& visit) {
+      return (visit.entity_a == row || visit.entity_b == row) && visit.time < std::as_const(scratch_.free_since)[row];
+    });
+  }
+  world_.engine_->WriteState(rows, state_);
+  const size_t strays = faulted_.size();
+  RetireStrays(&scratch_.changed);
+  for (const EntityRow row : rows) Place(row);
+  GroundMet(elapsed);
+  const bool are_strays = faulted_.size() != strays;
+  CollideAndWake(are_strays ? nullptr : &rows);
+  if (are_strays) looked_at = nullptr;
+}
+
 void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const RowMarks* among) {
   const ImpactWorld surroundings = Surroundings();
   Impacts impacts(surroundings, h, after_move);
@@ -332,11 +361,7 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const Ro
   bool is_over = false;
   visits_.clear();
   for (int wave = 0; wave < kWavesMax; ++wave) {
-    Swept swept = FindSwept(surroundings, *world_.near_, *ways, h);
-    while (GroundPassed(swept, h, elapsed, flown, *ways)) {
-      FillRelativeVelocities(looked_at = nullptr);
-      swept = FindSwept(surroundings, *world_.near_, *ways, h);
-    }
+    const Swept swept = SweepAlong(h, elapsed, flown, *ways, looked_at);
     visits_.insert(visits_.end(), swept.visits.begin(), swept.visits.end());
     if (WakeSwept(swept.hits)) FillRelativeVelocities(looked_at = nullptr);
     is_over = !impacts.Solve(world_.contacts_, looked_at, swept.hits, flown);
@@ -347,28 +372,15 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const Ro
     if (!renewed.empty()) AddCrossing(flown, renewed);
     ways = &renewed;
     std::vector<EntityRow> rows;
-    for (const FlownWay& moved : impacts.moved()) {
-      rows.push_back(moved.row);
-      std::erase_if(visits_, [&](const SweptPair& visit) {
-        return (visit.entity_a == moved.row || visit.entity_b == moved.row) && visit.time < moved.time;
-      });
-    }
+    for (const FlownWay& moved : impacts.moved()) rows.push_back(moved.row);
     locked_.Finish(changed);
     looked_at = &changed;
-    if (!rows.empty()) {
-      world_.engine_->WriteState(rows, state_);
-      const size_t strays = faulted_.size();
-      RetireStrays(&changed);
-      for (const EntityRow row : rows) Place(row);
-      GroundMet(elapsed);
-      const bool are_strays = faulted_.size() != strays;
-      CollideAndWake(are_strays ? nullptr : &rows);
-      if (are_strays) looked_at = nullptr;
-    }
+    if (!rows.empty()) TellMoved(rows, elapsed, looked_at);
     FillRelativeVelocities(looked_at);
   }
+  if (!is_over && after_move) StopThoseLeft(h, elapsed, flown, renewed, looked_at);
   unfinished_.clear();
-  if (!is_over) {
+  if (!is_over && !after_move) {
     for (const Mover& mover : movers_) {
       if (looked_at == nullptr || changed[mover.row]) unfinished_.push_back(mover.row);
     }
@@ -380,6 +392,7 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const Ro
   touches_.AddSolved(impacts.impulses());
   if (after_move) AddVisits();
   Mark("impacts");
+  if (!is_over && after_move) ResolveImpacts(h, elapsed, false, looked_at);
 }
 
 }  // namespace genphys

@@ -35,6 +35,7 @@ class StepRun {
   class Misdrawn;
   class Rolls;
   struct Rubbed;
+  class Stops;
   class Turns;
 
   // A dynamic body that nothing can meet in this step.
@@ -172,6 +173,13 @@ class StepRun {
   static std::vector<FlownWay> NewWays(const Impacts& impacts, std::vector<FlownWay>& flown);
   void AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>& ways) const;
   void AddVisits();
+  Swept SweepAlong(double h, double elapsed, std::vector<FlownWay>& flown, std::vector<FlownWay>& ways,
+                   const RowMarks*& looked_at);
+  void TellMoved(const std::vector<EntityRow>& rows, double elapsed, const RowMarks*& looked_at);
+
+  // Who has no turn any more in the impacts of a substep (step_stops.cc).
+  void StopThoseLeft(double h, double elapsed, std::vector<FlownWay>& flown, std::vector<FlownWay>& ways,
+                     const RowMarks*& looked_at);
 
   // In which direction joints and other contacts draw what they hold (step_draws.cc).
   void CountPartners();
