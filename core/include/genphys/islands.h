@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "genphys/contact.h"
@@ -55,6 +56,9 @@ class Islands {
     void Sort(size_t islands, const Visit& visit);
   };
 
+  // Whether the last Find() was of the same, of which nothing but joints holds any.
+  bool IsAsBefore(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
+                  std::span<const JointRow> joint_rows) const;
   void ListMembers(const ContactBuffer& contacts, std::span<const JointRow> joint_rows);
   uint32_t RootOf(uint32_t row);
   void Hold(EntityRow a, EntityRow b);
@@ -65,6 +69,8 @@ class Islands {
   std::vector<uint32_t> numbers_;
   std::vector<Island> islands_;
   std::vector<EntityRow> rows_;
+  std::vector<std::pair<EntityRow, EntityRow>> joined_;  // by row of a joint
+  bool are_of_contacts_ = false;
   Lists<EntityRow> held_rows_;
   Lists<uint32_t> pairs_;
   Lists<uint32_t> joint_rows_;

@@ -107,9 +107,10 @@ class Sweeper {
     const Geometry* geometry;
     Placement start;
     Vector3 translation;
-    Bounds bounds;     // of all of the way
-    double reach = 0;  // m, from where its body turns about to all of it; zero: it hardly turns
-    double bend = 0;   // m, by which its middle leaves the straight way
+    Bounds bounds;          // of all of the way
+    double reach = 0;       // m, from where its body turns about to all of it; zero: it hardly turns
+    double bend = 0;        // m, by which its middle leaves the straight way
+    bool is_known = false;  // all that it may meet is in the near pairs
   };
   struct Hit {
     double time;     // s before the end
@@ -196,7 +197,8 @@ class Sweeper {
     bool is_known = false;
     for (uint32_t i = 0; i < sweeps_.size(); ++i) {
       Sweep& sweep = sweeps_[i];
-      if (walks && near_.KnowsAllIn(sweep.own, sweep.bounds)) {
+      sweep.is_known = walks && near_.KnowsAllIn(sweep.own, sweep.bounds);
+      if (sweep.is_known) {
         is_known = true;
       } else {
         searched_.push_back(i);
@@ -274,7 +276,7 @@ class Sweeper {
 
   void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other, bool is_sensor) {
     const std::optional<uint32_t> i = SweepOf(entity, own);
-    if (!i || !near_.KnowsAllIn(own, sweeps_[*i].bounds)) return;
+    if (!i || !sweeps_[*i].is_known) return;
     if (near_.MayReach(other, sweeps_[*i].bounds)) candidates_.push_back({*i, other, is_sensor});
   }
 

@@ -26,6 +26,10 @@ bool Parts(const ContactBuffer& contacts, const ContactPair& pair) {
 
 void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
                    std::span<const JointRow> joint_rows) {
+  if (IsAsBefore(row_count, rows, contacts, joint_rows)) return;
+  are_of_contacts_ = !contacts.pairs.empty();
+  joined_.clear();
+  for (const JointRow& row : joint_rows) joined_.emplace_back(row.a, row.b);
   for (EntityRow row : rows_) parents_[Index(row)] = numbers_[Index(row)] = kNone;
   parents_.resize(row_count, kNone);
   held_.resize(row_count);
@@ -59,6 +63,15 @@ void Islands::Find(uint32_t row_count, std::span<const EntityRow> rows, const Co
     if (island != kNone) ++islands_[island].joint_rows;
   }
   ListMembers(contacts, joint_rows);
+}
+
+bool Islands::IsAsBefore(uint32_t row_count, std::span<const EntityRow> rows, const ContactBuffer& contacts,
+                         std::span<const JointRow> joint_rows) const {
+  if (are_of_contacts_ || !contacts.pairs.empty() || parents_.size() != row_count) return false;
+  const auto is_joined = [](const std::pair<EntityRow, EntityRow>& sides, const JointRow& row) {
+    return sides.first == row.a && sides.second == row.b;
+  };
+  return std::ranges::equal(rows_, rows) && std::ranges::equal(joined_, joint_rows, is_joined);
 }
 
 template <typename T>

@@ -371,6 +371,7 @@ bool StepRun::Fits(EntityRow entity) const {
   const uint32_t row = Index(entity);
   // Comparisons that are false for NaN as well; a unit quaternion has no element beyond one.
   const auto within = [](const auto& column, double bound) {
+    if (column.squaredNorm() <= bound * bound) return true;
     bool is_within = true;
     for (const double element : column) is_within &= std::abs(element) <= bound;
     return is_within;
