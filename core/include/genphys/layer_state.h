@@ -85,6 +85,7 @@ struct HalfStep {
   bool is_struck = false;     // an impact changed its velocity since the last solve
   bool is_woken = false;      // it slept at the last solve
   bool is_drawn = false;      // what joints give it may be another thing than in the last solve
+  bool is_mean = false;       // `held_rate` is the mean of what joints gave before a jump and give since, and not owed
   // In the middle of the last substep; of a kinematic body as it was when it was last looked at.
   Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass
   Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world; of a kinematic body its spin, rad/s

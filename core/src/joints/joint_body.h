@@ -44,7 +44,8 @@ struct JointBody {
   // JointStep::Follow().
   Vector3 flow = Vector3::Zero();
   bool is_followed = false;
-  bool begins = false;  // it begins anew or was hit, perhaps otherwise than others move
+  bool begins = false;   // it begins anew or was hit, perhaps otherwise than others move
+  bool goes_on = false;  // it does not, although from the boundary on something else acts on it from outside
 
   bool is_movable() const { return inverse_mass > 0; }
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }

@@ -109,15 +109,21 @@ void JointStep::SetTensors(EntityRow row, const TurnedTensors& turned) {
   bodies_[place].own_inverse = turned.inverse;
 }
 
-void JointStep::Kick(EntityRow row, const Vector3& spin, const Vector3& momentum) {
+void JointStep::Kick(EntityRow row, const Vector3& spin, const Vector3& momentum, bool goes_on) {
   JointBody& body = bodies_[body_of_[Index(row)]];
   body.angular_kick = spin;
   body.momentum_given = momentum;
+  body.goes_on = goes_on;
 }
 
 bool JointStep::IsFollowed(EntityRow row) const {
   const JointBody* const body = Find(row);
   return body != nullptr && body->is_followed;
+}
+
+bool JointStep::GivesMean(EntityRow row) const {
+  const uint32_t island = islands_.IslandOf(row);
+  return island < gives_mean_.size() && gives_mean_[island];
 }
 
 void JointStep::Load(JointBody& body, double h) const {
@@ -280,7 +286,7 @@ void JointStep::Take(double h) {
   const auto spin = [&](EntityRow row) -> Vector3 {
     return row == kWorldRow ? Vector3(Vector3::Zero()) : Vector3(state_.angular_velocities.col(Index(row)));
   };
-  for (Held& held : held_) held.last_force.setZero();
+  for (Held& held : held_) held.BeginSubstep();
   for (size_t i = 0; i < owners_.size(); ++i) {
     const JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];
@@ -291,6 +297,12 @@ void JointStep::Take(double h) {
       // No pose tells how often a gear has turned, so that what it slipped is added up.
       layer_.joints[held.slot].positions[5] += h * (row.axis.dot(spin(row.a)) + row.axis_b.dot(spin(row.b)));
     }
+  }
+  if (std::ranges::find(gives_mean_, true) == gives_mean_.end()) return;
+  for (Held& held : held_) {
+    const JointBody &a = bodies_[held.a], &b = bodies_[held.b];
+    const JointBody& movable = a.is_movable() ? a : b;
+    if (held.was_held && !movable.begins && movable.is_movable() && GivesMean(movable.row)) held.BearSince(h);
   }
 }
 

@@ -56,7 +56,7 @@ class JointStep {
 
   /// Tells what torques of the substep add to the spin (rad/s) of a body that joints hold, and the angular momentum
   /// that it has with that.
-  void Kick(EntityRow row, const Vector3& spin, const Vector3& momentum);
+  void Kick(EntityRow row, const Vector3& spin, const Vector3& momentum, bool goes_on);
 
   /// The body as joints hold it in this substep, or null.
   const JointBody* Find(EntityRow row) const;
@@ -78,6 +78,9 @@ class JointStep {
 
   /// Whether that solve followed the body through the substep, so that in the long run it gets no energy of it.
   bool IsFollowed(EntityRow row) const;
+  /// Whether that solve was of this island, in which somebody is pushed otherwise from the boundary on: what it gave
+  /// is the mean of what joints gave until there, and give since.
+  bool GivesMean(EntityRow row) const;
 
   /// What a row shall be, m/s or rad/s, where it makes up for no error.
   static double QuietTarget(const JointRow& row);
@@ -170,13 +173,18 @@ class JointStep {
     JointState before;  // the step
     ErrorCorrection correction;
     bool was_held = false;
-    Vector3 force = Vector3::Zero();       // N*s on b so far
-    Vector3 torque = Vector3::Zero();      // N*m*s on b so far
-    Vector3 last_force = Vector3::Zero();  // N on b, in the last substep
-    double share = 1;                      // of the substep, to the time for which its solve acts
+    Vector3 force = Vector3::Zero();        // N*s on b so far
+    Vector3 torque = Vector3::Zero();       // N*m*s on b so far
+    Vector3 last_force = Vector3::Zero();   // N on b, in the last substep
+    double share = 1;                       // of the substep, to the time for which its solve acts
+    Vector3 force_begun = Vector3::Zero();  // N*s and N*m*s, as above, until this substep
+    Vector3 torque_begun = Vector3::Zero();
 
+    void BeginSubstep();
     // That part of the impulse of a row.
     void Bear(double part, const JointRow& row);
+    // What it gave in this substep of `h` seconds was the mean of what it gave in the last step and gives since.
+    void BearSince(double h);
   };
 
   // How fast what is locked moved apart before the forces of the substep acted.
@@ -276,6 +284,7 @@ class JointStep {
   Islands islands_;
   RowSolver solver_;
   std::vector<uint8_t> is_solved_;    // by island: not left to the engine
+  std::vector<uint8_t> gives_mean_;   // by island: see GivesMean()
   std::vector<double> targets_;       // scratch
   std::vector<JointRow> aimed_;       // scratch
   std::vector<Jolt> jolts_;           // by island; none without rows

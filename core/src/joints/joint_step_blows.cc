@@ -93,6 +93,17 @@ std::vector<JointRow> JointStep::LooseRows(uint32_t slot) const {
   return loose;
 }
 
+void JointStep::Held::BeginSubstep() {
+  last_force.setZero();
+  force_begun = force;
+  torque_begun = torque;
+}
+
+void JointStep::Held::BearSince(double h) {
+  force += force - force_begun - h * before.force;
+  torque += torque - torque_begun - h * before.torque;
+}
+
 void JointStep::Held::Bear(double part, const JointRow& row) {
   switch (row.kind) {
     case JointRow::Kind::kLinear:

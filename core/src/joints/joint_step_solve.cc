@@ -177,6 +177,7 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
                                      const ContactBuffer& contacts, std::vector<JointRow>& rows) {
   left_.clear();
   left_rows_.clear();
+  gives_mean_.clear();
   if (rows.empty()) return rows;
   islands_.Find(state_.rows(), moving, contacts, rows);
   FindJolts(rows);
@@ -196,8 +197,11 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
     // Of solves before one that failed.
     for (const uint32_t i : mine) rows[i].impulse = 0;
   }
+  gives_mean_.assign(islands_.islands().size(), false);
   for (JointBody& body : bodies()) {
     if (!body.is_movable()) continue;
+    const uint32_t island = islands_.IslandOf(body.row);
+    if (body.goes_on && island != Islands::kNone && is_solved_[island]) gives_mean_[island] = true;
     state_.linear_velocities.col(Index(body.row)) = body.linear_velocity;
     state_.angular_velocities.col(Index(body.row)) = body.is_followed ? body.flow : body.angular_velocity;
   }

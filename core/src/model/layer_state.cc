@@ -104,7 +104,7 @@ void Put(ByteWriter& out, const LastTouch& value) {
 }
 
 void Put(ByteWriter& out, const HalfStep& value) {
-  const auto& [restarts, in_flight, has_past, since_restart, is_struck, is_woken, is_drawn, velocity, momentum,
+  const auto& [restarts, in_flight, has_past, since_restart, is_struck, is_woken, is_drawn, is_mean, velocity, momentum,
                steady_kick, steady_twist, held_velocity, held_momentum, held_rate, held_torque, peak, unearned] = value;
   out.Put(restarts);
   out.Put(in_flight);
@@ -113,6 +113,7 @@ void Put(ByteWriter& out, const HalfStep& value) {
   out.Put(is_struck);
   out.Put(is_woken);
   out.Put(is_drawn);
+  out.Put(is_mean);
   for (const Vector3* v :
        {&velocity, &momentum, &steady_kick, &steady_twist, &held_velocity, &held_momentum, &held_rate, &held_torque})
     out.Put(*v);

@@ -34,6 +34,7 @@ struct Mover {
   double past = 0;                           // s of the last substep that forces of fields are still owed for
   Push steady;                               // gravity and the forces of commands
   Beginning beginning = Beginning::kNone;
+  bool goes_on = false;                    // although something else acts on it now
   Push field;                              // force fields and samples
   Push pull;                               // force fields, where the substep began
   Vector3 linear_given = Vector3::Zero();  // the engine was given

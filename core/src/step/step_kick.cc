@@ -40,11 +40,11 @@ bool IsSame(const Vector3& a, const Vector3& b) {
   return (a - b).squaredNorm() <= kSameForce * kSameForce * std::max(a.squaredNorm(), b.squaredNorm());
 }
 
-// `interval`: s for which it was held by `rate`.
-bool IsBlow(const HalfStep& half, const Vector3& rate, const Vector3& outside, double interval) {
-  const double square = rate.squaredNorm(), change = (rate - half.held_rate).squaredNorm();
+// `interval`: s for which it was held by `rate`, and `before` that by another.
+bool IsBlow(const Vector3& rate, const Vector3& before, const Vector3& outside, double interval) {
+  const double square = rate.squaredNorm(), change = (rate - before).squaredNorm();
   return square > kBlowSize * kBlowSize * outside.squaredNorm() &&
-         change > kBlowChange * kBlowChange * std::max(square, half.held_rate.squaredNorm()) &&
+         change > kBlowChange * kBlowChange * std::max(square, before.squaredNorm()) &&
          change * interval * interval > kLeastBlow * kLeastBlow;
 }
 
@@ -146,6 +146,7 @@ void StepRun::TakeSteady(Mover& mover) {
   mover.steady = SteadyPush(mover.row);
   HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
   mover.beginning = Beginning::kNone;
+  mover.goes_on = false;
   const double last = world_.layer_.last_substep;
   if (last == 0) return;
   if (half.restarts) mover.beginning = Beginning::kMay;
@@ -157,8 +158,13 @@ void StepRun::TakeSteady(Mover& mover) {
     return;
   }
   half.is_drawn = true;
+  // What joints hold goes on: a solve acts from the middle of the last substep to that of the next one, as what acts
+  // from outside does, which is exact for the jump in between. What joints owe is known to first order only: paid
+  // every few substeps it would add up.
+  mover.goes_on = scratch_.jointed[mover.row];
+  if (mover.goes_on) return;
   // Who is pulled off what held it lets go of it for good.
-  const bool lets_go = !scratch_.jointed[mover.row] && mover.steady.acceleration.dot(half.held_rate) > 0;
+  const bool lets_go = mover.steady.acceleration.dot(half.held_rate) > 0;
   mover.beginning = lets_go ? Beginning::kMust : Beginning::kMay;
 }
 
@@ -236,7 +242,9 @@ void StepRun::KickMover(Mover& mover, double h) {
     spin = Limited(spin, spin_most);
     mover.momentum = mover.turned.tensor * spin;
   }
-  if (held != nullptr) joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), mover.momentum);
+  if (held != nullptr) {
+    joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), mover.momentum, mover.goes_on);
+  }
   // Whom joints hold while it turns so far does not go as a free body would.
   const double spin_square = spin.squaredNorm();
   const bool is_wide = scratch_.jointed[mover.row] && spin_square * (h * h) > kResolvedTurn * kResolvedTurn;
@@ -290,10 +298,14 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
   const Wrench& uneven = std::as_const(scratch_.uneven)[mover.row];
   const double mass = world_.scene_.entities[row]->mass.mass;
   const Vector3 rate = gained / interval + 2 / (h * mass) * uneven.force;
+  const bool is_mean = half.has_past && mover.past > 0 && joints_.GivesMean(mover.row);
+  // What was owed is what they gave at the boundary.
+  const bool was_mean = half.is_mean && mover.past > 0;
+  const Vector3 before = was_mean ? Vector3(half.held_velocity / mover.past) : half.held_rate;
   // What a joint gives when it begins is part of its course, and is known only then.
   const bool begins = !half.has_past && scratch_.jointed[mover.row];
   const Vector3 spun = state_.angular_velocities.col(row);
-  const bool is_jolted = (!begins && IsBlow(half, rate, outside, interval)) ||
+  const bool is_jolted = (!begins && !is_mean && IsBlow(rate, before, outside, interval)) ||
                          joints_.IsJolted(mover.row, gained, spun - mover.spin_given);
   const bool is_reached = scratch_.reached[mover.row];
   scratch_.jolted.Set(mover.row, is_jolted && !is_reached);
@@ -312,11 +324,18 @@ void StepRun::HoldOver(const Mover& mover, double h, const Vector3& gained, cons
     half.held_torque.setZero();
   } else {
     const Vector3 torque = turned / interval + 2 / h * uneven.torque;
-    const double ahead = half.since_restart >= 2 && joints_.IsFollowed(mover.row) ? h / (2 * mover.past) : 0;
-    half.held_velocity = h / 2 * GoneOn(rate, half.held_rate, ahead);
-    half.held_momentum = h / 2 * GoneOn(torque, half.held_torque, ahead);
+    if (is_mean) {
+      half.held_velocity = h / 2 * (2 * rate - half.held_velocity / mover.past);
+      half.held_momentum = h / 2 * (2 * torque - half.held_momentum / mover.past);
+    } else {
+      const Vector3 twist_before = was_mean ? Vector3(half.held_momentum / mover.past) : half.held_torque;
+      const double ahead = half.since_restart >= 2 && joints_.IsFollowed(mover.row) ? h / (2 * mover.past) : 0;
+      half.held_velocity = h / 2 * GoneOn(rate, before, ahead);
+      half.held_momentum = h / 2 * GoneOn(torque, twist_before, ahead);
+    }
     half.held_torque = torque;
   }
+  half.is_mean = is_mean && !is_jolted && !is_reached;
   if (!is_reached) half.held_rate = rate;
 }
 
