@@ -94,16 +94,21 @@ void ExactSolver::Trim(uint32_t count) {
 
 void ExactSolver::Begin(uint32_t count, double step_size, double pull) {
   pull_ = pull;
+  Rewind();
+  lines_.Begin();
+  step_size_ = step_size;
+  if (count > bodies_.size()) Grow(count);
+  for (; body_count_ < count; ++body_count_) dBodyEnable(bodies_[body_count_]);
+  for (; body_count_ > count; --body_count_) dBodyDisable(bodies_[body_count_ - 1]);
+}
+
+void ExactSolver::Rewind() {
   EmptyGroup();
   composer_.ReturnWeights();
   torsion_softness_ = 0;
   // New joints start from the softness of the world.
   dWorldSetCFM(world_, 0);
   for (; turner_count_ > 0; --turner_count_) dBodyDisable(turners_[turner_count_ - 1]);
-  step_size_ = step_size;
-  if (count > bodies_.size()) Grow(count);
-  for (; body_count_ < count; ++body_count_) dBodyEnable(bodies_[body_count_]);
-  for (; body_count_ > count; --body_count_) dBodyDisable(bodies_[body_count_ - 1]);
 }
 
 void ExactSolver::EmptyGroup() {
@@ -198,9 +203,12 @@ void ExactSolver::AddContact(const ContactConstraint& contact) {
   SetFriction(contact, SlipOf(contact), (contact.is_jointed ? kSlidesJointed : kSlides) * soon, step_size_,
               ode_contact);
   if (resists_turning) SetTorsion(contact, ode_contact);
+  dBodyID body = bodies_[contact.body], other = OtherBody(contact);
+  lines_.Turn(contact, body, contact.other == ContactConstraint::kImmovable ? nullptr : other,
+              Softness(contact) / step_size_, step_size_, ode_contact);
   SetOtherVelocity(contact, ode_contact);
   dJointID joint = dJointCreateContact(world_, contacts_, &ode_contact);
-  dJointAttach(joint, bodies_[contact.body], OtherBody(contact));
+  dJointAttach(joint, body, other);
   dJointSetFeedback(joint, &feedback_[contact_count_++]);
 }
 
@@ -251,6 +259,12 @@ void ExactSolver::Step() {
   dWorldSetCFM(world_, torsion_softness_);
   if (dWorldStep(world_, step_size_) == 0) throw EngineFault("ODE: not enough memory for a step");
   is_faulted_ = false;
+}
+
+bool ExactSolver::IsToBeSolvedAnew(bool failed) {
+  const bool is_to_be = failed ? lines_.GoBack() : lines_.Follow(feedback_, step_size_);
+  if (is_to_be) Rewind();
+  return is_to_be;
 }
 
 Motion ExactSolver::motion(uint32_t body) const {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "friction_lines.h"
 #include "genphys/contact.h"
 #include "genphys/error_correction.h"
 #include "genphys/inertia.h"
@@ -80,6 +81,9 @@ class ExactSolver {
   void AddContact(const ContactConstraint& contact);
   /// Solves and moves. An EngineFault out of here leaves nothing to go on with.
   void Step();
+  /// After Step(): whether friction goes other ways than it should. All is then to be set and added again as it was, to
+  /// be solved along other lines; the same if the step `failed` and an earlier one did not.
+  bool IsToBeSolvedAnew(bool failed);
 
   Motion motion(uint32_t body) const;
   /// N*s on the `body` of the contact that was added as the `contact`th.
@@ -89,9 +93,12 @@ class ExactSolver {
 
  private:
   void EmptyGroup();
+  // Takes out what was added, and what it lent.
+  void Rewind();
   void Grow(uint32_t count);
   void Shrink(uint32_t count);
   double InverseMass(const ContactConstraint& contact) const;
+  // s/kg, of a force.
   double Softness(const ContactConstraint& contact) const;
   void SetTorsion(const ContactConstraint& contact, dContact& to);
   dxBody* OtherBody(const ContactConstraint& contact);
@@ -112,6 +119,7 @@ class ExactSolver {
   size_t turner_count_ = 0;
   std::vector<dJointFeedback> feedback_;  // by contact
   size_t contact_count_ = 0;
+  FrictionLines lines_;  // of contacts
   size_t row_count_ = 0;
   double torsion_softness_ = 0;  // of all rows against rolling and spinning; zero: there are none
   double step_size_ = 0;

@@ -43,11 +43,14 @@ bool World::IsExact(uint32_t number, const Call& call, double& softness) const {
 bool World::SolveExactly(uint32_t island, double softness, const Call& call) {
   if (!exact_) exact_.emplace();
   exact_->Begin(static_cast<uint32_t>(islands().RowsOf(island).size()), call.step_size, call.contacts.pull);
-  exact_->Reserve(islands().islands()[island].contacts, islands().JointRowsOf(island).size());
-  LoadBodies(island, call.state);
-  LoadContacts(island, softness, call);
-  LoadRows(island, call);
-  const bool is_solved = StepExactly(island);
+  bool is_solved;
+  do {
+    exact_->Reserve(islands().islands()[island].contacts, islands().JointRowsOf(island).size());
+    LoadBodies(island, call.state);
+    LoadContacts(island, softness, call);
+    LoadRows(island, call);
+    is_solved = StepExactly(island);
+  } while (exact_ && exact_->IsToBeSolvedAnew(!is_solved));
   if (is_solved) {
     exact_->TakeRowImpulses();
     StoreImpulses(call.contacts);

@@ -1,18 +1,13 @@
 #include "contacts/direct_solve.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
+
+#include "contacts/disc_solve.h"
 
 namespace genphys {
 namespace {
 
-// What rests does so by what it was started from, and then fewer suffice.
-constexpr int kSweepsMax = 20;
-// m/s or rad/s: sweeps end once nothing changes by more, or by more than this part of what impulses do by themselves,
-// which is where something heavy lies on something light much more than all of them do together.
-constexpr double kSettled = 1e-13;
-constexpr double kRounding = 1e-14;
 // m/s or rad/s: where softness leaves more than this of a row, it takes an impulse that nothing real has, as where what
 // commands move jams against what joints hold. Numbers do not suffice for such impulses: such rows are solved so many
 // times as softly.
@@ -63,27 +58,13 @@ bool DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
   std::vector<int> place(rows_.size());
   for (size_t i = 0; i < bounded.size(); ++i) place[bounded[i]] = static_cast<int>(i);
   std::vector<Bounds> bounds;
+  std::vector<Eigen::Index> pairs;
   for (const size_t number : bounded) {
     Bounds& added = bounds.emplace_back(rows_[number].bounds);
     if (added.bounded_by != BoundedSolver::kFree) added.bounded_by = place[static_cast<size_t>(added.bounded_by)];
+    if (rows_[number].is_first_of_two) pairs.push_back(place[number]);
   }
-  const auto is_settled_after_sweep = [&] {
-    double largest = 0, strongest = 0;
-    for (Eigen::Index i = 0; i < impulses.size(); ++i) {
-      const auto& [lower, upper, bounded_by] = bounds[static_cast<size_t>(i)];
-      const double scale = bounded_by == BoundedSolver::kFree ? 1 : std::abs(impulses[bounded_by]);
-      const double lacking = wanted[i] - matrix.col(i).dot(impulses);
-      const double impulse = std::clamp(impulses[i] + lacking / matrix(i, i), scale * lower, scale * upper);
-      largest = std::max(largest, std::abs(impulse - impulses[i]) * matrix(i, i));
-      strongest = std::max(strongest, std::abs(impulse) * matrix(i, i));
-      impulses[i] = impulse;
-    }
-    return largest <= std::max(kSettled, kRounding * strongest);
-  };
-  for (int i = 0; i < kSweepsMax; ++i) {
-    if (is_settled_after_sweep()) return true;
-  }
-  return solver_.Solve(matrix, wanted, bounds, impulses);
+  return DiscSolve(solver_, matrix, wanted, bounds, pairs).Run(impulses);
 }
 
 bool DirectSolve::IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const {

@@ -8,8 +8,7 @@
 
 namespace genphys {
 
-/// Rows, solved all at once: those without bounds by elimination, and what they leave of the others by sweeps where
-/// these soon come to an end, else by the engine.
+/// Rows, solved all at once: those without bounds by elimination, and what they leave of the others as DiscSolve does.
 class DirectSolve {
  public:
   using Bounds = BoundedSolver::Bounds;
@@ -21,6 +20,9 @@ class DirectSolve {
   /// by, and which starts from `impulse` and has it after.
   /// `softness` is 1/kg or 1/(kg*m^2), `slack` is added to it, of its mobility.
   void Add(const SolverRow& row, double wanted, const Bounds& bounds, double softness, double slack, double& impulse);
+
+  /// The last row, and the next one across it, are bounded together, as friction is whichever way it acts.
+  void PairLast() { rows_.back().is_first_of_two = true; }
 
   /// Gives all rows their impulses and the bodies what follows. False, and nothing done: there is no solution in sight.
   bool Run();
@@ -37,6 +39,7 @@ class DirectSolve {
     double wanted;    // m/s or rad/s
     double softness;  // 1/kg or 1/(kg*m^2)
     double slack;     // the part of it that is no spring's
+    bool is_first_of_two = false;
     Part a, b;
   };
 

@@ -192,9 +192,13 @@ bool ContactSweeps::Impl::SolveDirectly(BoundedSolver& solver) {
     for (uint32_t j = points_[i].first_friction; j < points_[i].end_friction; ++j) {
       SolverRow& row = frictions_[j];
       add(row, {-row.friction, row.friction, first_contact + static_cast<int>(i)});
+      if (j + 2 == points_[i].end_friction) solve.PairLast();
     }
   }
-  for (Torsion& row : torsions_) add(row, {-row.arm, row.arm, first_contact + static_cast<int>(row.normal)});
+  for (Torsion& row : torsions_) {
+    add(row, {-row.arm, row.arm, first_contact + static_cast<int>(row.normal)});
+    if (row.is_first_of_two) solve.PairLast();
+  }
   return solve.Run();
 }
 
