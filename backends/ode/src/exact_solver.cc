@@ -189,10 +189,10 @@ void ExactSolver::AddContact(const ContactConstraint& contact) {
   ode_contact.surface.mode = dContactApprox1;
   ToOde(contact.position, ode_contact.geom.pos);
   ToOde(contact.normal, ode_contact.geom.normal);
+  ode_contact.surface.motionN = -contact.bend;
   if (contact.depth < 0) {
     // A gap may be closed within the step, but no more than that.
-    ode_contact.surface.mode |= dContactMotionN;
-    ode_contact.surface.motionN = contact.depth / step_size_;
+    ode_contact.surface.motionN += contact.depth / step_size_;
   } else {
     SetDepth(contact, step_size_, ode_contact);
   }

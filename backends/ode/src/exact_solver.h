@@ -36,6 +36,7 @@ struct ContactConstraint {
   Vector3 position = Vector3::Zero();           // world
   Vector3 normal = Vector3::UnitZ();            // unit length, into `body`
   double depth = 0;                             // m
+  double bend = 0;                              // m/s, by which it parts faster in the middle of the step
   double friction = 0;                          // Coulomb coefficient
   Vector3 relative_velocity = Vector3::Zero();  // of `body` at the point against the other side, m/s
   Vector3 slip = Vector3::Zero();               // m/s, of that along the surface, in the middle of the step

@@ -167,6 +167,7 @@ void World::LoadContact(const ContactPair& pair, const ContactPoint& point, cons
   contact.position = point.position;
   contact.normal = sign * point.normal;
   contact.depth = point.depth;
+  contact.bend = point.bend;
   contact.friction = point.friction;
   contact.relative_velocity = pushed.VelocityAt(point.position) - other_velocity + run;
   contact.slip = across(point.relative_velocity + pair.surface_velocity);

@@ -46,6 +46,7 @@ void ContactSolver::AddContact(const ContactPair& pair, ContactPoint& point) {
   contact.arm_b = point.position - contact.b->center;
   contact.material = pair.material;
   contact.rolling = pair.rolling;
+  contact.bend = pair.bend;
   contact.point = &point;
   point.normal_impulse = 0;
   point.friction_impulse.setZero();
@@ -83,7 +84,7 @@ void ContactSolver::SweepNormal(Contact& contact, double step_size) {
   const double softness = Softness(contact, point.normal);
   if (softness == 0) return;
   // A gap may be closed within the step, but no more than that.
-  const double allowed = std::min(0.0, point.depth) / step_size;
+  const double allowed = std::min(0.0, point.depth) / step_size - point.bend;
   const double lacking = allowed - SlipOf(contact).dot(point.normal);
   const double impulse = std::max(lacking / softness, -point.normal_impulse);
   point.normal_impulse += impulse;
@@ -92,7 +93,7 @@ void ContactSolver::SweepNormal(Contact& contact, double step_size) {
 
 void ContactSolver::SweepFriction(Contact& contact) {
   ContactPoint& point = *contact.point;
-  const Vector3 slip = SlipOf(contact);
+  const Vector3 slip = SlipOf(contact) + contact.bend;
   const Vector3 along = slip - slip.dot(point.normal) * point.normal;
   const double speed = along.norm();
   Vector3 wanted = point.friction_impulse;

@@ -44,6 +44,7 @@ class ContactSolver {
     Vector3 arm_a, arm_b;
     MixedMaterial material;
     Vector3 rolling;  // rad/s, in the middle of the time that the solve is for
+    Vector3 bend;     // m/s, by which it slips more on the mean of that time
     ContactPoint* point = nullptr;
     Vector3 torque = Vector3::Zero();  // N*m*s on b that resists rolling
     double spinning = 0;               // N*m*s on b about the normal

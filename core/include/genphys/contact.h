@@ -25,7 +25,10 @@ struct ContactPoint {
   double normal_impulse = 0;                   // N*s on b along the normal, of the last Solve(); zero before it
   Vector3 friction_impulse = Vector3::Zero();  // N*s on b, of the last Solve()
   Vector3 relative_velocity =
-      Vector3::Zero();    // of b against a at the point, before the solve, m/s; the layer fills it
+      Vector3::Zero();  // of b against a at the point, before the solve, m/s; the layer fills it
+  /// m/s: by how much faster the two part here on the mean of the substep than before the solve, for they turn. What
+  /// touches must part at -`bend` at least after the solve; the layer fills it before.
+  double bend = 0;
   bool is_ahead = false;  // of a gap that the layer closes itself, as an impact: Solve() must not push here
 };
 

@@ -111,7 +111,7 @@ void ContactSweeps::Impl::AddPoint(const AddedPair& added, size_t number, const 
   normal.a = added.a;
   normal.b = added.b;
   const double rate = FillPush(-point.normal, point.position, a, b, normal);
-  const double apart = FillContact(point.depth, rate, pair.correction, step_size_, normal);
+  const double apart = FillContact(point, rate, pair.correction, step_size_, normal);
   if (apart > 0) pushes_.push_back({static_cast<uint32_t>(normals_.size()) - 1, apart, 0});
   StartFrom(impulse.normal, normal);
   AddFrictions(added, number, grip, direct);

@@ -54,9 +54,11 @@ double FillPush(const Vector3& axis, const Vector3& place, const SweptBody& a, c
   return rate;
 }
 
-double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, SolverRow& to) {
+double FillContact(const ContactPoint& point, double rate, const ErrorCorrection& correction, double step_size,
+                   SolverRow& to) {
+  const double depth = point.depth;
   // A gap may be closed within the step.
-  to.wanted = (-rate + std::min(depth, 0.0) / step_size) * to.inverse;
+  to.wanted = (-rate - point.bend + std::min(depth, 0.0) / step_size) * to.inverse;
   if (depth <= 0) return 0;
   double part = kOverlapTakenPerStep, left = depth;
   if (correction.any()) {

@@ -64,9 +64,10 @@ void FillJointRow(const JointRow& row, const SweptBody& a, const SweptBody& b, B
 /// against it, and wants nothing. Returns how fast a goes that way against b there, m/s.
 double FillPush(const Vector3& axis, const Vector3& place, const SweptBody& a, const SweptBody& b, SolverRow& to);
 
-/// What remains to be said of a row that keeps two bodies apart, which are `depth` inside each other (negative: a gap)
-/// and approach at -`rate` m/s. Returns what is wanted of a push that takes them apart; zero if none is.
-double FillContact(double depth, double rate, const ErrorCorrection& correction, double step_size, SolverRow& to);
+/// What remains to be said of a row that keeps two bodies apart, which touch at `point` and approach at -`rate` m/s.
+/// Returns what is wanted of a push that takes them apart; zero if none is.
+double FillContact(const ContactPoint& point, double rate, const ErrorCorrection& correction, double step_size,
+                   SolverRow& to);
 
 /// Two directions across `normal`, the first of them along `slip` if there is any.
 void FindTangents(const Vector3& normal, const Vector3& slip, Vector3& first, Vector3& second);

@@ -4,10 +4,10 @@
 // hold or rub what slips on the mean.
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <variant>
+#include <span>
 
 #include "pairs/contact_points.h"
+#include "shapes/curvature.h"
 #include "step/step_run.h"
 
 namespace genphys {
@@ -15,8 +15,17 @@ namespace {
 
 // rad in a substep: who turns less bends no way.
 constexpr double kNoTurn = 1e-4;
-// Cosine between the axis of something round and the normal: it rolls unless it stands on an end.
-constexpr double kOnEnd = 0.9;
+// 1/m: what is less curved than that is flat.
+constexpr double kFlat = 1e-6;
+// Of how large something is: a place that runs farther over it in a substep, and is that many times as fast as its spin
+// makes all else, is not where it was taken to be.
+constexpr double kFar = 0.5;
+constexpr double kFaster = 2;
+// m: what turning lifts by more in a substep changes so much meanwhile that it would lose touch, and keep as energy
+// what was too much. It is lifted by so much, and the rest is an overlap that costs it some.
+constexpr double kLiftMost = 3e-4;
+// Points around a rim: what touches at so many stands on it.
+constexpr uint32_t kWide = 3;
 
 // s: how long a velocity that turns by `spin` has to be led across it to become its mean in `h` seconds. Half of them,
 // while that turns it little.
@@ -26,72 +35,93 @@ double TimeOfBend(const Vector3& spin, double h) {
   return square < kLittle * kLittle ? h * (0.5 - square / 24) : h * (1 - std::cos(std::sqrt(square))) / square;
 }
 
-// In the frame of a shape: about which point it is round at `point` where `normal` is that of its surface, if it is.
-struct Roundness {
-  Vector3 point;
-  Vector3 normal;
-
-  std::optional<Vector3> AboutAxis() const {
-    if (std::abs(normal.z()) > kOnEnd) return std::nullopt;
-    return Vector3(0, 0, point.z());
-  }
-  std::optional<Vector3> operator()(const Sphere&) const { return Vector3(Vector3::Zero()); }
-  std::optional<Vector3> operator()(const Ellipsoid&) const { return Vector3(Vector3::Zero()); }
-  std::optional<Vector3> operator()(const Capsule& capsule) const {
-    return Vector3(0, 0, std::clamp(point.z(), -capsule.half_length, capsule.half_length));
-  }
-  std::optional<Vector3> operator()(const Cylinder&) const { return AboutAxis(); }
-  std::optional<Vector3> operator()(const Cone&) const { return AboutAxis(); }
-  std::optional<Vector3> operator()(const auto&) const { return std::nullopt; }
+// How fast the place at which two touch runs over either of them, m/s.
+struct Course {
+  Eigen::Vector2d over_a = Eigen::Vector2d::Zero();
+  Eigen::Vector2d over_b = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d told = Eigen::Matrix2d::Zero();  // projects on where curvature tells it
 };
+
+// `turn`: rad/s, by how the normal turns more on b than on a, where both are held. `slip`: m/s, of b against a.
+Course CourseOf(const Curvature& a, const Curvature& b, const Eigen::Vector2d& turn, const Eigen::Vector2d& slip) {
+  Course course;
+  const Eigen::Matrix2d both = a + b;
+  const double trace = both.trace(), determinant = both.determinant();
+  Eigen::Matrix2d radii = Eigen::Matrix2d::Zero();
+  if (determinant > kFlat * trace) {
+    radii << both(1, 1), -both(0, 1), -both(1, 0), both(0, 0);
+    radii /= determinant;
+    course.told.setIdentity();
+  } else if (trace > kFlat) {
+    // Curved in one direction alone.
+    course.told = both / trace;
+    radii = course.told / trace;
+  }
+  course.over_a = radii * (turn + b * slip);
+  course.over_b = radii * (turn - a * slip);
+  return course;
+}
 
 }  // namespace
 
-// About which point (m, world) a geometry is round where it touches something, if it is.
-std::optional<Vector3> StepRun::CurvedAbout(EntityRow entity, GeometryRow row, const ContactPoint& point) const {
+// One of two that touch.
+struct StepRun::BendSide {
+  const Shape* shape = nullptr;
+  Pose pose;                                // of the geometry
+  Vector3 center = Vector3::Zero();         // m, of mass
+  Vector3 velocity = Vector3::Zero();       // m/s
+  Vector3 spin = Vector3::Zero();           // rad/s
+  double size = 0;                          // m
+  double sign = 1;                          // of the normal that points outward
+  Curvature curvature = Curvature::Zero();  // where they touch
+  Vector3 at_point = Vector3::Zero();       // m/s, of what it is made of there
+
+  void Look(const Vector3& place, const Vector3& normal, const Tangents& tangents, bool is_wide) {
+    const Matrix3 back = pose.orientation.conjugate().toRotationMatrix();
+    curvature = CurvatureAt(*shape, back * (place - pose.position), sign * (back * normal), back * tangents, is_wide);
+    at_point = velocity + spin.cross(place - center);
+  }
+  // m/s, on the mean of `h` seconds: how much faster that goes at the place, which runs over it.
+  Vector3 Change(const Vector3& over, double h) const {
+    return TimeOfBend(spin, h) * spin.cross(at_point - velocity + over);
+  }
+};
+
+StepRun::BendSide StepRun::BendSideOf(EntityRow entity, GeometryRow row, double sign) const {
   const GeometryRows& rows = world_.geometry_rows_[Index(entity)];
   const auto place = static_cast<size_t>(std::find(rows.begin(), rows.end(), row) - rows.begin());
   const Geometry& geometry = world_.scene_.entities[Index(entity)]->desc->rigid_body->geometries[place];
-  const Pose pose = state_.pose(entity).Transform(geometry.pose_in_entity);
-  const Quaternion back = pose.orientation.conjugate();
-  const std::optional<Vector3> center =
-      std::visit(Roundness{back * (point.position - pose.position), back * point.normal}, geometry.shape);
-  return center ? std::optional<Vector3>(pose.Transform(*center)) : std::nullopt;
+  return {.shape = &geometry.shape,
+          .pose = state_.pose(entity).Transform(geometry.pose_in_entity),
+          .center = CenterOf(entity),
+          .velocity = state_.linear_velocities.col(Index(entity)),
+          .spin = state_.angular_velocities.col(Index(entity)),
+          .size = world_.reaches_[Index(entity)],
+          .sign = sign};
 }
 
-// m/s, by how much more than at its beginning b slips against a on the mean of a substep, where they touch at a point.
-Vector3 StepRun::RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const {
-  struct Side {
-    Vector3 velocity, spin;
-    Vector3 at_point;               // m/s, of what it is made of
-    std::optional<Vector3> course;  // m/s, of where it touches, as far as that is for it to say
-    double radius = 0;
-  };
-  const auto side_of = [&](EntityRow entity, GeometryRow geometry) {
-    const Vector3 center = CenterOf(entity);
-    Side side{.velocity = state_.linear_velocities.col(Index(entity)),
-              .spin = state_.angular_velocities.col(Index(entity)),
-              .at_point = VelocityAt(entity, center, point.position)};
-    if (const std::optional<Vector3> about = CurvedAbout(entity, geometry, point)) {
-      side.course = VelocityAt(entity, center, *about);
-      side.radius = (point.position - *about).norm();
-    }
-    return side;
-  };
-  const Side a = side_of(pair.entity_a, pair.geometry_a), b = side_of(pair.entity_b, pair.geometry_b);
-  // Where two that are flat touch stays with both of them. What is round takes it along over what is flat.
-  std::optional<Vector3> course = a.course ? a.course : b.course;
-  if (a.course && b.course) {
-    // The middle of both may be that point.
-    const double both = a.radius + b.radius, part = both > 0 ? a.radius / both : 0.5;
-    course = part * *b.course + (1 - part) * *a.course;
-  }
-  const auto change = [&](const Side& side) -> Vector3 {
-    Vector3 way = side.at_point - side.velocity;
-    if (course) way += Across(*course - side.at_point, point.normal);
-    return TimeOfBend(side.spin, h) * side.spin.cross(way);
-  };
-  return change(b) - change(a);
+// By how much more than at its beginning b slips against a on the mean of a substep, where they touch at a point, and
+// parts from it.
+StepRun::Bend StepRun::RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const {
+  BendSide a = BendSideOf(pair.entity_a, pair.geometry_a, 1), b = BendSideOf(pair.entity_b, pair.geometry_b, -1);
+  const Vector3& normal = point.normal;
+  Tangents tangents;
+  tangents.col(0) = normal.unitOrthogonal();
+  tangents.col(1) = normal.cross(tangents.col(0));
+  for (BendSide* const side : {&a, &b}) side->Look(point.position, normal, tangents, pair.point_count >= kWide);
+  const Vector3 slip = b.at_point - a.at_point, turn = (b.spin - a.spin).cross(normal);
+  const Eigen::Vector2d slip_across = tangents.transpose() * slip;
+  const Course course = CourseOf(a.curvature, b.curvature, tangents.transpose() * turn, slip_across);
+  const Vector3 over_a = tangents * course.over_a, over_b = tangents * course.over_b;
+  const double speed = std::max(over_a.norm(), over_b.norm()), size = std::min(a.size, b.size);
+  if (speed * h > kFar * size && speed > kFaster * turn.norm() * size + slip.norm()) return {};
+  // Where nothing curved tells it, the place stays with both of what slips, or goes half with each of them.
+  const Vector3 between = tangents * (slip_across - course.told * slip_across) / 2;
+  const Vector3 turning =
+      ((a.spin + b.spin).cross(normal) + tangents * (a.curvature * course.over_a - b.curvature * course.over_b)) / 2;
+  const Vector3 parting = b.Change(over_b - between, h) - a.Change(over_a + between, h);
+  const double lift = h * (parting.dot(normal) + h / 2 * turning.dot(slip));
+  return {b.Change(over_b, h) - a.Change(over_a, h), std::clamp(lift, -kLiftMost, kLiftMost) / h};
 }
 
 // The same of two that are flat, at the middle of their points.
@@ -113,16 +143,19 @@ void StepRun::FindBends(double h) {
   const auto is_smooth = [](const MixedMaterial& material) {
     return material.friction == 0 && material.kinetic_friction == 0;
   };
+  for (ContactPoint& point : world_.contacts_.points) point.bend = 0;
   scratch_.bends.clear();
   for (const ContactPair& pair : world_.contacts_.pairs) {
     Vector3& bend = scratch_.bends.emplace_back(Vector3::Zero());
-    if (pair.is_sensor || is_smooth(pair.material) || !(turns(pair.entity_a) || turns(pair.entity_b))) continue;
+    if (pair.is_sensor || !(turns(pair.entity_a) || turns(pair.entity_b))) continue;
     if (!world_.rule_.info(pair.geometry_a).rolls && !world_.rule_.info(pair.geometry_b).rolls) {
-      bend = FlatBend(pair, h);
+      if (!is_smooth(pair.material)) bend = FlatBend(pair, h);
       continue;
     }
-    for (const ContactPoint& point : PointsOf(world_.contacts_, pair)) {
-      bend += RolledBend(pair, point, h) / pair.point_count;
+    for (ContactPoint& point : std::span(world_.contacts_.points).subspan(pair.first_point, pair.point_count)) {
+      const Bend rolled = RolledBend(pair, point, h);
+      bend += rolled.slip / pair.point_count;
+      point.bend = rolled.parting;
     }
   }
 }

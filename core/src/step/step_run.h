@@ -29,6 +29,7 @@ class StepRun {
   Status Run();
 
  private:
+  struct BendSide;
   class Crowd;
   class Foretold;
   class Jolts;
@@ -189,8 +190,12 @@ class StepRun {
   void SolveMisdrawn(double h, std::span<JointRow> left);
 
   // How surfaces slip for their bodies turn (step_bends.cc).
-  std::optional<Vector3> CurvedAbout(EntityRow entity, GeometryRow row, const ContactPoint& point) const;
-  Vector3 RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
+  struct Bend {
+    Vector3 slip = Vector3::Zero();  // m/s
+    double parting = 0;              // m/s
+  };
+  BendSide BendSideOf(EntityRow entity, GeometryRow row, double sign) const;
+  Bend RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
   Vector3 FlatBend(const ContactPair& pair, double h) const;
   void FindBends(double h);
 
