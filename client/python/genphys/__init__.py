@@ -102,7 +102,8 @@ from .model import (
 )
 from .queries import ClosestPoints, EntityContact, Overlaps, RayEntries, ShapeHits
 from .server import Server, connect, launch
-from .streams import EventStream, FrameStream, Position
+from .streams import EventStream, Position
+from .viewing import FrameStream
 from .world import World
 
 __version__ = "0.1.0"

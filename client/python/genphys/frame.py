@@ -334,13 +334,21 @@ class DeltaMerger:
 
     def merge(self, frame: Frame, message: Any) -> Frame | None:
         """Returns the whole frame, or None for a delta against a keyframe that never came."""
+        base = self.base_of(frame, message)
+        return None if base is None else whole(frame, message, base)
+
+    def base_of(self, frame: Frame, message: Any) -> Frame | None:
+        """Returns what `whole` needs beside the frame, so that only frames that somebody sees are laid over others."""
         if not message.HasField("keyframe_step"):
             self.keyframe = frame
             return frame
         base = self.keyframe
-        if base is None or base.keyframe_id != message.keyframe_id:
-            return None
-        return Frame(lay_over(base, message), base._rows, wanted=frame._wanted)
+        return base if base is not None and base.keyframe_id == message.keyframe_id else None
+
+
+def whole(frame: Frame, message: Any, base: Frame) -> Frame:
+    """Returns `frame`, whose message is given, laid over `base` if it is a delta."""
+    return frame if base is frame else Frame(lay_over(base, message), base._rows, wanted=frame._wanted)
 
 
 def lay_over(base: Frame, delta: Any) -> Any:

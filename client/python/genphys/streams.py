@@ -1,4 +1,4 @@
-"""What a server pushes: events and frames, as iterators that survive a lost connection."""
+"""What a server pushes, as iterators that survive a lost connection. Those of frames are in `viewing.py`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import grpc
 
 from . import _arguments, errors, events
 from ._connection import Connection, finish
-from ._contract import make, wire
-from .frame import DeltaMerger, Frame, RowsCache
+from ._contract import wire
 
 RECONNECT_SECONDS = 30.0
 """How long a stream tries to come back after a lost connection before it raises."""
@@ -95,17 +94,22 @@ class Stream(Generic[Item]):
     def _receive(self) -> None:
         """Reads one message, coming back first if the connection is lost."""
         with self._reading:
-            if self._closed:
-                raise StopIteration
-            try:
-                self._take(next(self._call))
-            except grpc.RpcError as error:
-                finish(self._call)
-                if self._closed or self._is_over(error):
-                    raise StopIteration from None
-                if error.code() != grpc.StatusCode.UNAVAILABLE:
-                    raise errors.from_rpc_error(error) from None
-                self._resubscribe(errors.from_rpc_error(error))
+            self._receive_here()
+
+    def _receive_here(self) -> None:
+        """The same for whoever holds `_reading`."""
+        if self._closed:
+            raise StopIteration
+        try:
+            self._take(next(self._call))
+        except grpc.RpcError as error:
+            finish(self._call)
+            if self._closed or self._is_over(error):
+                raise StopIteration from None
+            cause = errors.from_rpc_error(error)
+            if cause.code != grpc.StatusCode.UNAVAILABLE:
+                raise cause from None
+            self._resubscribe(cause)
 
     def _subscribe(self) -> None:
         """Starts the call and waits for its first message, so that nothing after this moment is missed."""
@@ -205,28 +209,3 @@ class EventStream(Stream[AnyEvent]):
                 self._ready.append(self._decode(message))
         reached = max(seen, response.batch.last_sequence, response.gap.last_sequence)
         self._position = Position(epoch, reached)
-
-
-class FrameStream(Stream[Frame]):
-    """Frames of one world, newest first when this listener is slow; see `World.frames`."""
-
-    _method = "WatchFrames"
-
-    def __init__(
-        self, connection: Connection, world: str, frame: Any, every: int | None, duration: float | None
-    ) -> None:
-        self._fixed = make.WatchFramesRequest(world=world, frame=frame, every_nth_step=every)
-        # Without a request the server sends what it thinks fit.
-        self._wanted = frame
-        self._rows = RowsCache()
-        self._merger = DeltaMerger()
-        super().__init__(connection, duration)
-
-    def _request(self) -> Any:
-        return self._fixed
-
-    def _take(self, response: Any) -> None:
-        message = response.frame
-        frame = self._merger.merge(Frame(message, self._rows.rows_of(message), wanted=self._wanted), message)
-        if frame is not None:
-            self._ready.append(frame)

@@ -24,7 +24,8 @@ from .frame import Frame, Rows, RowsCache, StepResult, lay_over, stamp_of, stats
 from .joints import Joint, JointInfo
 from .model import Entity, EntityInfo, Stamp, WorldInfo
 from .queries import Queries
-from .streams import EventStream, FrameStream, Position, Stream
+from .streams import EventStream, Position, Stream
+from .viewing import FrameStream
 
 _PAGE_SIZE = 1000
 _KEYFRAMES_MAX = 16
@@ -107,7 +108,7 @@ class World(Commands, Queries):
         self._pending = Batch()
         self._rows = RowsCache()
         self._keyframes: dict[bytes, Frame] = {}
-        self._streams: weakref.WeakSet[Stream[Any] | Drive] = weakref.WeakSet()
+        self._streams: weakref.WeakSet[Stream[Any] | FrameStream | Drive] = weakref.WeakSet()
         # Requests of the usual kinds are made once: copying one is cheaper than filling it.
         self._frame_requests = {True: _encode.frame_request(True), False: None}
 
@@ -331,7 +332,8 @@ class World(Commands, Queries):
     ) -> FrameStream:
         """Returns an iterator over frames as they happen, whoever steps the world; the first comes at once.
 
-        A listener that is too slow gets the newest frame and `skipped_frames`; the world never waits for it.
+        A listener always gets the newest frame, and `skipped_frames` counts those that it missed; the world never
+        waits for it. While it looks at one, a thread reads those that come in its place.
 
         Args:
             frame: Which columns.

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 
+import conftest
 import pytest
 from conftest import ENGINES
 
@@ -22,6 +23,9 @@ PROGRAM_SECONDS = 120
 PROMPT_SECONDS = 2.0
 # How long the end of a process may take to be seen.
 END_SECONDS = 10.0
+# Until what a busy viewer is sent has been read in its place.
+STAND_IN_SECONDS = 0.5
+BUSY_SECONDS = 0.1
 
 
 def drop_ball(world):
@@ -86,6 +90,52 @@ def test_frames_are_pushed_to_those_who_do_not_step(world):
     assert first.step == 0
     assert pushed.step == 2
     assert pushed.positions[pushed.row(ball)].tolist() == stepped.positions[stepped.row(ball)].tolist()
+
+
+@pytest.mark.parametrize("deltas", [False, True])
+def test_a_viewer_that_was_busy_gets_the_newest_frame_and_how_many_it_missed(space, deltas):
+    balls = [space.add_sphere(position=(3.0 * i, 0, 0), linear_velocity=(0, 0, i % 5 == 0)) for i in range(20)]
+    with space.frames(genphys.FrameRequest(deltas=deltas)) as frames:
+        seen = next(frames)
+        # Far less than what fits into the windows of a connection.
+        for steps in (1, 40, 1, 1, 40):
+            for _ in range(steps):
+                stepped = space.step()
+            time.sleep(STAND_IN_SECONDS)
+            before, seen = seen, next(frames)
+
+            assert seen.step == stepped.step
+            assert seen.skipped_frames == seen.step - before.step - 1
+            assert seen.positions[seen.row(balls[5])].tolist() == stepped.positions[stepped.row(balls[5])].tolist()
+
+
+def test_a_viewer_that_keeps_the_interpreter_busy_gets_a_recent_frame(space):
+    space.add_sphere()
+    with space.frames() as frames:
+        next(frames)
+        space.play(10)
+        for _ in range(10):
+            busy_until = time.monotonic() + BUSY_SECONDS
+            while time.monotonic() < busy_until:
+                pass
+            shown = next(frames).step
+            age = (space.info().stamp.step - shown) * conftest.STEP_SIZE / 10
+        space.pause()
+
+    # What nobody reads piles up for as long as the viewer is behind: a second here.
+    assert age < 4 * BUSY_SECONDS
+
+
+def test_a_viewer_that_nobody_listens_to_any_more_goes_with_its_thread(space):
+    def viewers():
+        return [thread for thread in threading.enumerate() if thread.name == "genphys frames"]
+
+    frames = space.frames()
+    before = len(viewers())
+    del frames
+    gc.collect()
+
+    assert len(viewers()) == before - 1
 
 
 def test_a_stream_that_waits_can_be_closed_by_another_thread(world):

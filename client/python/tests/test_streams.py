@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import pickle
+import struct
 import threading
 import time
 
@@ -213,6 +214,33 @@ def test_frames_are_pushed_with_what_was_asked_for():
         frames = list(lab(server).frames(genphys.FrameRequest(velocities=False), every=2))
         (request,) = server.received("WatchFrames")
 
-    assert [(frame.step, frame.skipped_frames) for frame in frames] == [(2, 2), (4, 4)]
+    # Both, or what they come to when the second was there before the first was looked at.
+    assert frames[-1].step == 4
+    assert sum(frame.skipped_frames for frame in frames) + len(frames) == 8
     assert request.every_nth_step == 2
     assert request.frame.poses and not request.frame.velocities
+
+
+def test_a_keyframe_that_nobody_saw_still_bears_the_deltas_against_it():
+    def whole(step, key, heights):
+        ids, poses = struct.pack("<2Q", 4, 5), struct.pack("<6d", 0, 0, heights[0], 0, 0, heights[1])
+        return {"stamp": {"step": step}, "keyframe_id": key, "rows_id": 1, "entity_ids": ids, "positions": poses}
+
+    def delta(step, key, height):
+        changed = {"entity_ids": struct.pack("<Q", 5), "positions": struct.pack("<3d", 0, 0, height)}
+        return {"stamp": {"step": step}, "keyframe_id": key, "keyframe_step": 1, "asleep": b"\0", **changed}
+
+    sent = threading.Event()
+
+    def watch(request, context):
+        for frame in (whole(0, 7, (1, 2)), delta(1, 7, 3), whole(2, 8, (4, 5)), delta(3, 8, 6)):
+            yield wire.WatchFramesResponse(frame=frame)
+        sent.set()
+        wait(context)
+
+    with FakeServer(WatchFrames=watch) as server, lab(server).frames(genphys.FrameRequest(deltas=True)) as frames:
+        assert sent.wait(PATIENCE_SECONDS)
+        time.sleep(SHORT_SECONDS)
+        newest = next(frames)
+
+    assert (newest.step, newest.skipped_frames, newest.positions[:, 2].tolist()) == (3, 3, [4.0, 6.0])
