@@ -18,10 +18,11 @@ inline constexpr std::chrono::seconds kReconnectFor{30};
 
 /// A server stream that outlives its connection: when that is lost, the request is sent again, as the owner keeps it
 /// up to date. One thread reads, any thread cancels.
-template <typename Request, typename Response>
+template <typename Request, typename Inbox>
 class ResumingStream {
  public:
-  using Call = StreamCall<Response>;
+  using Response = typename Inbox::Response;
+  using Call = StreamCall<Inbox>;
   using TimePoint = typename Call::TimePoint;
   using Async = class v1::SimulationService::Stub::async;  // a member function has the same name
   using Method = void (Async::*)(grpc::ClientContext*, const Request*, grpc::ClientReadReactor<Response>*);
@@ -34,13 +35,13 @@ class ResumingStream {
   /// What is asked for when the stream has to come back.
   Request& request() { return request_; }
 
-  /// True with a message in `out`, false at the end. DEADLINE_EXCEEDED at `until`: the stream lives on.
-  Result<bool> Next(Response* out, std::optional<TimePoint> until) {
+  /// True with what the inbox has in `out`, false at the end. DEADLINE_EXCEEDED at `until`: the stream lives on.
+  Result<bool> Next(typename Inbox::Item* out, std::optional<TimePoint> until) {
     for (;;) {
       std::optional<TimePoint> limit = until;
       if (lost_) limit = std::min(until.value_or(TimePoint::max()), *lost_ + kReconnectFor);
       switch (call_->Next(out, limit)) {
-        case Call::Outcome::kMessage:
+        case Call::Outcome::kItem:
           lost_.reset();
           return true;
         case Call::Outcome::kTimeout:

@@ -5,16 +5,35 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 namespace genphys::client {
 
-/// One server stream, read by one thread at its own pace: the next message is asked for when the last one is taken, so
-/// that gRPC's flow control, and not a queue of ours, holds a fast server back. Any thread may cancel.
-template <typename Response>
-class StreamCall final : public grpc::ClientReadReactor<Response> {
+/// Every message in order: the next one is asked for when the last one is taken, so that gRPC's flow control, and not a
+/// queue of ours, holds a fast server back.
+template <typename Message>
+class EachMessage {
  public:
+  using Response = Message;
+  using Item = Message;
+  static constexpr bool kReadsOn = false;
+
+  void Put(Response* received) { message_.Swap(received); }
+  void Take(Item* out) { out->Swap(&message_); }
+
+ private:
+  Response message_;
+};
+
+/// One server stream, whose items one thread takes at its own pace; any thread may cancel. `Inbox` is what lies between
+/// gRPC's threads and that one, here with a lock held: what it makes of messages that come while nobody takes them, and
+/// whether they are read before that at all.
+template <typename Inbox>
+class StreamCall final : public grpc::ClientReadReactor<typename Inbox::Response> {
+ public:
+  using Item = typename Inbox::Item;
   using TimePoint = std::chrono::steady_clock::time_point;
-  enum class Outcome { kMessage, kEnd, kTimeout };
+  enum class Outcome { kItem, kEnd, kTimeout };
 
   /// `start(context, reactor)` starts the call on a stub.
   template <typename Start>
@@ -31,8 +50,8 @@ class StreamCall final : public grpc::ClientReadReactor<Response> {
     context_.TryCancel();
     std::unique_lock lock(mutex_);
     closing_ = true;
-    if (ready_) {
-      ready_ = false;
+    if (idle_) {
+      idle_ = false;
       lock.unlock();
       this->RemoveHold();
       lock.lock();
@@ -40,8 +59,8 @@ class StreamCall final : public grpc::ClientReadReactor<Response> {
     changed_.wait(lock, [this] { return done_; });
   }
 
-  /// Waits for a message, the end, or `until`.
-  Outcome Next(Response* out, std::optional<TimePoint> until) {
+  /// Waits for an item, the end, or `until`.
+  Outcome Next(Item* out, std::optional<TimePoint> until) {
     std::unique_lock lock(mutex_);
     const auto has_news = [this] { return ready_ || done_; };
     if (!until) {
@@ -50,11 +69,12 @@ class StreamCall final : public grpc::ClientReadReactor<Response> {
       return Outcome::kTimeout;
     }
     if (!ready_) return Outcome::kEnd;
-    out->Swap(&response_);
+    inbox_.Take(out);
     ready_ = false;
+    if (!std::exchange(idle_, false)) return Outcome::kItem;
     lock.unlock();
     this->StartRead(&response_);
-    return Outcome::kMessage;
+    return Outcome::kItem;
   }
 
   void Cancel() { context_.TryCancel(); }
@@ -65,8 +85,13 @@ class StreamCall final : public grpc::ClientReadReactor<Response> {
   void OnReadDone(bool ok) override {
     std::unique_lock lock(mutex_);
     if (ok && !closing_) {
+      inbox_.Put(&response_);
       ready_ = true;
+      idle_ = !Inbox::kReadsOn;
       changed_.notify_all();
+      if (idle_) return;
+      lock.unlock();
+      this->StartRead(&response_);
       return;
     }
     lock.unlock();
@@ -85,8 +110,10 @@ class StreamCall final : public grpc::ClientReadReactor<Response> {
   grpc::ClientContext context_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  Response response_;   // belongs to gRPC while a read is under way
-  bool ready_ = false;  // response_ is a message that nobody took; no read is under way
+  typename Inbox::Response response_;  // belongs to gRPC while a read is under way
+  Inbox inbox_;
+  bool ready_ = false;  // there is something in the inbox
+  bool idle_ = false;   // no read is under way, but the stream has not ended
   bool done_ = false;
   bool closing_ = false;  // nobody will take another message
   grpc::Status status_;

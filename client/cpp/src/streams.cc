@@ -73,30 +73,34 @@ void EventStream::Cancel() { impl_->Cancel(); }
 
 StreamPosition EventStream::position() const { return impl_->position(); }
 
+void NewestFrame::Put(Response* received) {
+  auto response = std::make_shared<Response>();
+  response->Swap(received);
+  v1::Frame& frame = *response->mutable_frame();
+  if (newest_ != nullptr) frame.set_skipped_frames(frame.skipped_frames() + newest_->skipped_frames() + 1);
+  newest_ = FramePtr(std::move(response), &frame);
+  if (frame.keyframe_id() != 0 && !frame.has_keyframe_step()) keyframe_ = newest_;
+}
+
 FrameStream::Impl::Impl(std::shared_ptr<Connection> connection, v1::WatchFramesRequest request)
     : stream_(std::move(connection), &v1::SimulationService::Stub::async::WatchFrames, std::move(request)) {}
 
 Status FrameStream::Impl::Open(std::chrono::milliseconds timeout) {
-  auto response = std::make_shared<v1::WatchFramesResponse>();
-  const Result<bool> message = stream_.Next(response.get(), Until(timeout));
-  if (!message.ok()) return message.status();
-  if (!*message) return absl::UnavailableError("the subscription ended before it began");
-  first_ = std::move(response);
+  const Result<bool> came = stream_.Next(&first_, Until(timeout));
+  if (!came.ok()) return came.status();
+  if (!*came) return absl::UnavailableError("the subscription ended before it began");
   return absl::OkStatus();
 }
 
 Result<std::optional<Frame>> FrameStream::Impl::Next(std::optional<std::chrono::milliseconds> timeout) {
-  std::shared_ptr<v1::WatchFramesResponse> response = std::exchange(first_, nullptr);
-  if (response == nullptr) {
-    response = std::make_shared<v1::WatchFramesResponse>();
-    const Result<bool> message = stream_.Next(response.get(), Until(timeout));
-    if (!message.ok()) return message.status();
-    if (!*message) return std::optional<Frame>();
+  NewestFrame::Item item = std::exchange(first_, {});
+  if (item.received == nullptr) {
+    const Result<bool> came = stream_.Next(&item, Until(timeout));
+    if (!came.ok()) return came.status();
+    if (!*came) return std::optional<Frame>();
   }
-  const FramePtr received(response, &response->frame());
-  Result<FramePtr> whole = WholeFrame(received, keyframe_);
+  Result<FramePtr> whole = WholeFrame(std::move(item.received), item.keyframe);
   if (!whole.ok()) return whole.status();
-  if (received->keyframe_id() != 0 && !received->has_keyframe_step()) keyframe_ = received;
   Result<Frame> frame = Frame::Make(*std::move(whole));
   if (!frame.ok()) return frame.status();
   return std::optional<Frame>(*std::move(frame));

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "genphys/client/streams.h"
 #include "genphys/v1/simulation_service.pb.h"
@@ -8,6 +9,25 @@
 #include "resuming_stream.h"
 
 namespace genphys::client {
+
+/// The newest frame, and what it is told against if it is a delta. All are read as soon as they are there: what nobody
+/// reads waits in gRPC, and is old when it is read.
+class NewestFrame {
+ public:
+  using Response = v1::WatchFramesResponse;
+  struct Item {
+    FramePtr received;
+    FramePtr keyframe;
+  };
+  static constexpr bool kReadsOn = true;
+
+  void Put(Response* received);
+  void Take(Item* out) { *out = {std::exchange(newest_, nullptr), keyframe_}; }
+
+ private:
+  FramePtr newest_;    // null: it was taken
+  FramePtr keyframe_;  // the last that came
+};
 
 class EventStream::Impl {
  public:
@@ -22,7 +42,7 @@ class EventStream::Impl {
  private:
   Result<std::optional<EventBatch>> Take(const v1::WatchEventsResponse& response);
 
-  ResumingStream<v1::WatchEventsRequest, v1::WatchEventsResponse> stream_;
+  ResumingStream<v1::WatchEventsRequest, EachMessage<v1::WatchEventsResponse>> stream_;
   StreamPosition position_;
   std::optional<v1::WatchEventsResponse> first_;  // came while opening and has news
 };
@@ -36,9 +56,8 @@ class FrameStream::Impl {
   void Cancel() { stream_.Cancel(); }
 
  private:
-  ResumingStream<v1::WatchFramesRequest, v1::WatchFramesResponse> stream_;
-  std::shared_ptr<v1::WatchFramesResponse> first_;
-  FramePtr keyframe_;
+  ResumingStream<v1::WatchFramesRequest, NewestFrame> stream_;
+  NewestFrame::Item first_;  // came while opening
 };
 
 }  // namespace genphys::client

@@ -53,7 +53,8 @@ class EventStream {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Frames as they happen, newest wins: a slow viewer misses frames, never delays them. Used like an EventStream.
+/// Frames as they happen: Next() has the newest, and how many were missed. A slow viewer never delays them, but all are
+/// sent and read: of a world that plays faster than anybody looks, ask for every nth step. Used like an EventStream.
 class FrameStream {
  public:
   FrameStream(FrameStream&&) noexcept;
