@@ -71,8 +71,12 @@ Connection::Connection(const std::string& address, const ConnectOptions& options
       step_(channel_),
       request_prefix_(RandomPrefix()) {}
 
+bool IsGone(const grpc::Status& status) {
+  return status.error_code() == grpc::StatusCode::UNAVAILABLE || status.error_code() == grpc::StatusCode::CANCELLED;
+}
+
 bool Retry::Again(const grpc::Status& status) {
-  if (status.error_code() != grpc::StatusCode::UNAVAILABLE || attempts_ == kAttemptsMax) return false;
+  if (!IsGone(status) || attempts_ == kAttemptsMax) return false;
   static thread_local std::minstd_rand random{std::random_device{}()};
   const auto pause = std::uniform_real_distribution(0.5, 1.0)(random) * (1 << (attempts_ - 1)) *
                      std::chrono::duration<double, std::milli>(kPauseFirst);

@@ -20,6 +20,10 @@ namespace genphys::client {
 /// The status of a call, with the refusal that the server sent restored.
 Status FromGrpc(const grpc::Status& status);
 
+/// Whether a call failed because the server was not there, or went. Of calls that nobody cancelled: what comes in the
+/// last moments of a server that shuts down ends as cancelled.
+bool IsGone(const grpc::Status& status);
+
 /// Whether a call is made once more: gRPC can do the same, for 5 us of every call that needs no second attempt.
 class Retry {
  public:

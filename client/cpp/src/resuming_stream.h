@@ -50,7 +50,7 @@ class ResumingStream {
         case Call::Outcome::kEnd:
           const Status status = FromGrpc(call_->status());
           if (status.ok() || cancelled()) return false;
-          if (status.code() != absl::StatusCode::kUnavailable) return status;
+          if (!IsGone(call_->status())) return status;
           if (!ComeBack()) return cancelled() ? Result<bool>(false) : Result<bool>(status);
       }
     }

@@ -202,10 +202,16 @@ _BY_CODE: dict[grpc.StatusCode, type[GenphysError]] = {
 }
 
 
-def from_rpc_error(error: Any) -> GenphysError:
-    """Returns the exception that says what a failed call's status and details say."""
+def from_rpc_error(error: Any, *, ended_here: bool) -> GenphysError:
+    """Returns the exception that says what a failed call's status and details say.
+
+    A call that nobody cancelled on this side came to a server in its last moments: gRPC cancels what it can no longer
+    answer, which is no other thing than not being there.
+    """
     code = error.code()
     message = error.details() or code.name
+    if code == grpc.StatusCode.CANCELLED and not ended_here:
+        code, message = grpc.StatusCode.UNAVAILABLE, "the server ended the call without an answer: it is shutting down"
     reason, field, metadata = "", "", {}
     for detail in _details(error):
         kind = detail.type_url.rpartition("/")[2]

@@ -106,7 +106,7 @@ class Stream(Generic[Item]):
             finish(self._call)
             if self._closed or self._is_over(error):
                 raise StopIteration from None
-            cause = errors.from_rpc_error(error)
+            cause = errors.from_rpc_error(error, ended_here=self._closed)
             if cause.code != grpc.StatusCode.UNAVAILABLE:
                 raise cause from None
             self._resubscribe(cause)
@@ -130,7 +130,7 @@ class Stream(Generic[Item]):
                 code = grpc.StatusCode.DEADLINE_EXCEEDED
                 raise errors.DeadlineExceededError(f"{self._method} sent no first message", code=code) from None
             if not self._is_over(error):
-                raise errors.from_rpc_error(error) from None
+                raise errors.from_rpc_error(error, ended_here=self._closed) from None
             self._closed = True
         except StopIteration:
             self._closed = True

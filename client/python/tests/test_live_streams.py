@@ -4,12 +4,14 @@ import gc
 import json
 import os
 import pathlib
+import queue
 import subprocess
 import sys
 import threading
 import time
 
 import conftest
+import grpc
 import pytest
 from conftest import ENGINES
 
@@ -160,6 +162,57 @@ def test_a_server_ends_at_once_whatever_its_client_has_open(binary, left_open):
     assert time.monotonic() - begin < PROMPT_SECONDS
     # What had arrived is still there; then the iteration ends.
     assert stream is None or len(list(stream)) <= 1
+
+
+@pytest.mark.parametrize("watches", ["health", "reflection"])
+def test_a_server_ends_at_once_whoever_asks_what_it_is(binary, watches):
+    with genphys.launch(binary=binary) as server, grpc.insecure_channel(server.address) as channel:
+        if watches == "health":
+            call = channel.unary_stream("/grpc.health.v1.Health/Watch")(b"")
+        else:
+            name = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"
+            requests = queue.SimpleQueue()
+            requests.put(b"\x3a\x00")  # list_services
+            call = channel.stream_stream(name)(iter(requests.get, None))
+        next(call)
+
+        begin = time.monotonic()
+        server.close()
+
+        assert time.monotonic() - begin < PROMPT_SECONDS
+        if watches == "health":
+            assert next(call) == b"\x08\x02"  # NOT_SERVING
+        else:
+            requests.put(None)
+
+
+def test_streams_go_on_at_a_server_that_is_stopped_and_started_again(binary, tmp_path):
+    address = f"unix:{tmp_path}/s"
+
+    def start():
+        command = [binary, "--listen", address, "--log-level", "off"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        process.stdout.readline()
+        with genphys.connect(address) as client:
+            client.create_world(name="lab").add_sphere()
+        return process
+
+    for _ in range(3):
+        first = start()
+        with genphys.connect(address) as client:
+            world = client.world("lab")
+            events, frames = world.events(), world.frames()
+            next(frames)
+            first.terminate()
+            first.wait()
+            second = start()
+            world.step()
+            while next(frames).step == 0:
+                pass
+            while not isinstance(next(events), genphys.EpochBegan):
+                pass
+            second.terminate()
+            second.wait()
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -244,3 +244,16 @@ def test_a_keyframe_that_nobody_saw_still_bears_the_deltas_against_it():
         newest = next(frames)
 
     assert (newest.step, newest.skipped_frames, newest.positions[:, 2].tolist()) == (3, 3, [4.0, 6.0])
+
+
+def test_a_server_that_cancels_what_comes_while_it_goes_is_as_good_as_none():
+    cancels = lambda request, context: context.abort(grpc.StatusCode.CANCELLED, "")  # noqa: E731
+
+    def cancels_later(request, context):
+        yield batch(1, SLEPT)
+        cancels(request, context)
+
+    with serving(cancels_later, cancels, lambda request, context: iter([batch(2, WOKE)])) as server:
+        assert [event.sequence for event in lab(server).events()] == [1, 2]
+    with FakeServer(GetWorld=cancels) as server, pytest.raises(genphys.UnavailableError, match="shutting down"):
+        lab(server).info()

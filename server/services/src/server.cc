@@ -6,6 +6,8 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <string_view>
 #include <utility>
@@ -28,6 +30,8 @@ constexpr int kKeepaliveTime = 30 * kSecond;
 constexpr int kKeepaliveTimeout = 10 * kSecond;
 // Clients may ask as often as this; one that asks more often is sent away.
 constexpr int kClientPingPeriodMin = 5 * kSecond;
+// Who watches the health of the server, or asks it what it is, may go on for ever, and has been told that it ends.
+constexpr std::chrono::milliseconds kWatchersGrace(100);
 
 void SetTransport(grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(Server::kRequestBytesMax);
@@ -137,7 +141,8 @@ void Server::Shutdown(std::chrono::milliseconds grace) {
   parts_->directory.Drain();
   const auto deadline = std::chrono::steady_clock::now() + grace;
   parts_->calls.AwaitEnd(deadline);
-  parts_->server->Shutdown(std::chrono::system_clock::now() + (deadline - std::chrono::steady_clock::now()));
+  const auto left = std::min<std::chrono::nanoseconds>(deadline - std::chrono::steady_clock::now(), kWatchersGrace);
+  parts_->server->Shutdown(std::chrono::system_clock::now() + left);
   parts_->server.reset();
 }
 
