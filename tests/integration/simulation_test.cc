@@ -192,6 +192,27 @@ TEST(ListEntities, RefusesTheTokenOfAnotherEpoch) {
   ExpectRefusal(MustNot(server.simulation(), &Simulation::ListEntities, request), Reason::kInvalidValue, "page_token");
 }
 
+TEST(ListEntities, HasTokensThatNoOtherListTakes) {
+  TestServer server;
+  const std::string world = server.CreateWorld().world().name();
+  server.AddBall(world, 3);
+  v1::ListEntitiesRequest request;
+  request.set_world(world);
+  request.set_page_size(1);
+  const std::string token = Must(server.simulation(), &Simulation::ListEntities, request).next_page_token();
+  ASSERT_FALSE(token.empty());
+  v1::ListJointsRequest joints;
+  joints.set_world(world);
+  joints.set_page_token(token);
+  v1::ListForceFieldsRequest fields;
+  fields.set_world(world);
+  fields.set_page_token(token);
+
+  ExpectRefusal(MustNot(server.simulation(), &Simulation::ListJoints, joints), Reason::kInvalidValue, "page_token");
+  ExpectRefusal(MustNot(server.simulation(), &Simulation::ListForceFields, fields), Reason::kInvalidValue,
+                "page_token");
+}
+
 TEST(ListJoints, PagesThroughAllOfThemWithWhatTheyDo) {
   TestServer server;
   v1::StepRequest step;

@@ -25,20 +25,26 @@ Status AboutRequest(const Status& status, std::string_view inner, std::string_vi
   return Refuse(refusal->reason, field, MessageOf(status));
 }
 
-// The place in a list of entities, joints or force fields: which epoch, and after which id.
+// Each list has tokens of its own: ids of one mean nothing in another.
+constexpr char kEntities = 'e', kJoints = 'j', kForceFields = 'f';
+
+// The place in a list: which list, in which epoch, and after which id.
 struct ListPlace {
+  char list = 0;
   uint64_t epoch = 0;
   uint64_t id = 0;
 };
 
-std::string ToText(const ListPlace& place) { return std::to_string(place.epoch) + ' ' + std::to_string(place.id); }
+std::string ToText(const ListPlace& place) {
+  return place.list + std::to_string(place.epoch) + ' ' + std::to_string(place.id);
+}
 
 std::optional<ListPlace> PlaceOf(std::string_view token) {
   const std::optional<std::string> text = DecodePageToken(token);
-  if (!text) return std::nullopt;
-  ListPlace place;
+  if (!text || text->empty()) return std::nullopt;
+  ListPlace place{.list = text->front()};
   const char* const end = text->data() + text->size();
-  const auto epoch = std::from_chars(text->data(), end, place.epoch);
+  const auto epoch = std::from_chars(text->data() + 1, end, place.epoch);
   if (epoch.ec != std::errc() || epoch.ptr == end || *epoch.ptr != ' ') return std::nullopt;
   const auto id = std::from_chars(epoch.ptr + 1, end, place.id);
   if (id.ec != std::errc() || id.ptr != end) return std::nullopt;
@@ -209,16 +215,16 @@ Result<v1::GetEntityResponse> HostedWorld::GetEntity(const v1::GetEntityRequest&
   return response;
 }
 
-Result<uint64_t> HostedWorld::PlaceIn(const std::string& page_token) const {
+Result<uint64_t> HostedWorld::PlaceIn(char list, const std::string& page_token) const {
   if (page_token.empty()) return uint64_t{0};
   const std::optional<ListPlace> given = PlaceOf(page_token);
-  if (given && given->epoch == epoch_) return given->id;
+  if (given && given->list == list && given->epoch == epoch_) return given->id;
   return Refuse(Reason::kInvalidValue, "page_token",
                 "page_token is not of this list: pages go on only until the world is reset");
 }
 
 Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitiesRequest& request) {
-  const Result<uint64_t> after = PlaceIn(request.page_token());
+  const Result<uint64_t> after = PlaceIn(kEntities, request.page_token());
   if (!after.ok()) return after.status();
   const size_t count = PageSize(request.page_size());
   const std::vector<EntityId> ids = IdsAfter(world_->state(), EntityId::FromPacked(*after), count);
@@ -226,7 +232,7 @@ Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitie
   size_t bytes = 0;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (i == count || bytes >= kPageBytesMax) {
-      response.set_next_page_token(EncodePageToken(ToText({epoch_, ids[i - 1].packed()})));
+      response.set_next_page_token(EncodePageToken(ToText({kEntities, epoch_, ids[i - 1].packed()})));
       break;
     }
     v1::Entity* const entity = response.add_entities();
@@ -239,14 +245,14 @@ Result<v1::ListEntitiesResponse> HostedWorld::ListEntities(const v1::ListEntitie
 }
 
 Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsRequest& request) {
-  const Result<uint64_t> after = PlaceIn(request.page_token());
+  const Result<uint64_t> after = PlaceIn(kJoints, request.page_token());
   if (!after.ok()) return after.status();
   const size_t count = PageSize(request.page_size());
   const std::vector<JointId> ids = IdsAfter(world_->scene(), JointId::FromPacked(*after), count);
   v1::ListJointsResponse response;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (i == count) {
-      response.set_next_page_token(EncodePageToken(ToText({epoch_, ids[i - 1].packed()})));
+      response.set_next_page_token(EncodePageToken(ToText({kJoints, epoch_, ids[i - 1].packed()})));
       break;
     }
     EncodeJoint(ids[i], world_->scene().joints[ids[i].index()]->desc, response.add_joints());
@@ -258,7 +264,7 @@ Result<v1::ListJointsResponse> HostedWorld::ListJoints(const v1::ListJointsReque
 }
 
 Result<v1::ListForceFieldsResponse> HostedWorld::ListForceFields(const v1::ListForceFieldsRequest& request) {
-  const Result<uint64_t> after = PlaceIn(request.page_token());
+  const Result<uint64_t> after = PlaceIn(kForceFields, request.page_token());
   if (!after.ok()) return after.status();
   const std::map<ForceFieldId, ForceField>& fields = world_->scene().force_fields;
   const auto count = static_cast<int>(PageSize(request.page_size()));
@@ -266,7 +272,7 @@ Result<v1::ListForceFieldsResponse> HostedWorld::ListForceFields(const v1::ListF
   size_t bytes = 0;
   for (auto field = fields.upper_bound(*after); field != fields.end(); ++field) {
     if (response.fields_size() == count || bytes >= kPageBytesMax) {
-      response.set_next_page_token(EncodePageToken(ToText({epoch_, response.fields().rbegin()->id()})));
+      response.set_next_page_token(EncodePageToken(ToText({kForceFields, epoch_, response.fields().rbegin()->id()})));
       break;
     }
     v1::ForceField* const message = response.add_fields();

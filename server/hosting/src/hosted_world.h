@@ -98,8 +98,8 @@ class HostedWorld {
   Status CheckUsable() const;
   // Whether it can be said where its geometries are.
   Status CheckReadable() const;
-  // After which id a page begins.
-  Result<uint64_t> PlaceIn(const std::string& page_token) const;
+  // After which id a page of `list` begins.
+  Result<uint64_t> PlaceIn(char list, const std::string& page_token) const;
   // One command; its refusals are told by paths that begin with `outer` in place of `inner`.
   Result<EntityId> ApplyOne(Command command, std::string_view inner, std::string_view outer);
 
