@@ -11,7 +11,9 @@
 #include <absl/synchronization/mutex.h>
 #include <CLI/CLI.hpp>
 #include <array>
+#include <charconv>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -50,6 +52,22 @@ std::string CheckIsolation(const std::string& value) {
   return "--isolate is none, shard or world, not " + value;
 }
 
+// CLI::Range says of what is no number that it is not within the range.
+CLI::Validator WholeNumber(int64_t min, int64_t max) {
+  const std::string range = std::to_string(min) + " to " + std::to_string(max);
+  return CLI::Validator(
+      [=](const std::string& value) {
+        int64_t number = 0;
+        const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+        if (error == std::errc::invalid_argument || end != value.data() + value.size()) {
+          return "\"" + value + "\" is no whole number from " + range;
+        }
+        const bool fits = error == std::errc() && number >= min && number <= max;
+        return fits ? std::string() : value + " is not from " + range;
+      },
+      range);
+}
+
 void Declare(CLI::App& app, CommandLine& line) {
   app.footer(kExamples);
   app.add_option("--listen", line.server.addresses, "host:port (port 0: a free one) or unix:path; may be repeated")
@@ -62,12 +80,12 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->check(CheckIsolation);
   app.add_option("--workers", line.server.workers, "threads that simulate; 0: one per processor")
       ->capture_default_str()
-      ->check(CLI::Range(0, 1024));
+      ->check(WholeNumber(0, 1024));
   app.add_option("--default-engine", line.server.default_engine,
                  "engine of worlds that name none, as in ode; unset: the first of this build");
   app.add_option("--max-worlds", line.server.worlds_max, "most worlds at a time")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
+      ->check(WholeNumber(1, 1'000'000));
   app.add_flag("--exit-with-parent", line.exit_with_parent, "end when standard input closes");
   app.add_option("--log-level", line.log_level, "what goes to standard error")
       ->capture_default_str()

@@ -77,6 +77,9 @@ TEST(Genphysd, RefusesWhatItWasNotBuiltForAndAddressesOfOthers) {
        {Case{{"--isolate", "world"}, "not built yet"}, Case{{"--isolate", "sometimes"}, "none, shard or world"},
         Case{{"--listen", "0.0.0.0:0"}, "--insecure-any-address"}, Case{{"--listen", "localhost"}, "host:port"},
         Case{{"--listen", "127.0.0.1:70000"}, "host:port"},
+        Case{{"--listen", "unix:/nowhere/at/all/s"}, "there is no folder /nowhere/at/all"},
+        Case{{"--workers", "abc"}, "no whole number from 0 to 1024"},
+        Case{{"--workers", "-1"}, "is not from 0 to 1024"},
         Case{{"--default-engine", "perpetuum"}, "this server has: "}, Case{{"--colour", "red"}, "--colour"}}) {
     ServerProcess process(refused.arguments);
     EXPECT_EQ(process.ReadLine(), "");

@@ -115,6 +115,25 @@ TEST(ValidateLimits, SaysWhatWasWrong) {
   EXPECT_EQ(ValidateLimits(request).code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST(ValidateLimits, ShowsAsManyDigitsAsTellAValueFromItsBound) {
+  v1::StepRequest request = Request();
+  v1::ApplyForce& force = *request.add_commands()->mutable_apply_force();
+  force.set_entity_id(1);
+  force.set_steps(1'000'000'001);
+  EXPECT_EQ(ValidateLimits(request).message(), "must be at least 1 and at most 1e+09, is 1000000001");
+
+  v1::StepRequest step = Request();
+  step.set_step_size_seconds(std::nextafter(0.25, 1));
+  EXPECT_EQ(ValidateLimits(step).message(), "must be at least 1e-06 and at most 0.25, is 0.2500000000000001");
+}
+
+TEST(ValidateLimits, ShowsATextOfAnotherForm) {
+  v1::StepRequest request = Request();
+  request.add_commands()->mutable_set_engine()->set_engine("engines/Bullet");
+
+  EXPECT_EQ(ValidateLimits(request).message(), "must have the form engines/[a-z][a-z0-9_-]*, is \"engines/Bullet\"");
+}
+
 TEST(ValidateLimits, RefusesACommandThatSaysNothing) {
   v1::StepRequest request = Request();
   request.add_commands();

@@ -4,6 +4,8 @@
 
 #include <bit>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <iterator>
 #include <string>
@@ -60,10 +62,23 @@ std::string RangeText(const v1::Limit& limit) {
   return text;
 }
 
+// With as many digits as it takes to see that `value` is not within the range.
+std::string OutsideText(const FieldRules& rules, double value) {
+  constexpr int kDigitsShown = 6, kDigitsOfADouble = 17;
+  char text[32];
+  for (int digits = kDigitsShown; digits <= kDigitsOfADouble; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    const double shown = std::strtod(text, nullptr);
+    if (!(shown >= rules.min && shown <= rules.max)) break;
+  }
+  return text;
+}
+
 Status CheckNumber(const FieldRules& rules, const Place& place, double value) {
   if (value >= rules.min && value <= rules.max) return {};
   if (!std::isfinite(value)) return RefuseAt(place, Reason::kNotFinite, "must be finite");
-  return RefuseAt(place, Reason::kOutOfRange, absl::StrCat(RangeText(*rules.limit), ", is ", value));
+  return RefuseAt(place, Reason::kOutOfRange,
+                  absl::StrCat(RangeText(*rules.limit), ", is ", OutsideText(rules, value)));
 }
 
 Status CheckEnum(const FieldRules& rules, const Place& place, int value) {
@@ -153,6 +168,15 @@ Status CheckColumn(const Holder& holder, const FieldRules& rules, const Place& p
   }
 }
 
+// The beginning of a text that is refused, without half a character at its end.
+std::string Shown(std::string_view text) {
+  constexpr size_t kBytesMax = 200;
+  if (text.size() <= kBytesMax) return std::string(text);
+  size_t bytes = kBytesMax;
+  while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xc0) == 0x80) --bytes;
+  return std::string(text.substr(0, bytes));
+}
+
 Status CheckText(const FieldRules& rules, const Place& place, std::string_view text) {
   const v1::Limit& limit = *rules.limit;
   if (limit.max_length() != 0 && text.size() > limit.max_length()) {
@@ -160,7 +184,8 @@ Status CheckText(const FieldRules& rules, const Place& place, std::string_view t
                     absl::StrCat("must be at most ", limit.max_length(), " bytes long, is ", text.size()));
   }
   if (!rules.pattern || text.empty() || RE2::FullMatch({text.data(), text.size()}, *rules.pattern)) return {};
-  return RefuseAt(place, Reason::kInvalidValue, absl::StrCat("must have the form ", limit.pattern()));
+  return RefuseAt(place, Reason::kInvalidValue,
+                  absl::StrCat("must have the form ", limit.pattern(), ", is \"", Shown(text), "\""));
 }
 
 Status CheckMessage(const Message& message, const MessageRules& rules, const Place* place);

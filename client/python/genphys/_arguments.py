@@ -27,10 +27,22 @@ _NUMERIC_KINDS = "biufO"
 class Handle:
     """What names a thing of a world by its id. Each kind has ids of its own: one never stands for another."""
 
-    __slots__ = ()
+    __slots__ = ("_failed",)
+
+    def __init__(self) -> None:
+        self._failed = False  # the batch that was to make it came to nothing
 
     def __index__(self) -> int:
         raise NotImplementedError
+
+
+def id_in_batch(handle: Any, what: str, meanwhile: str = "") -> int:
+    """Returns the id of a handle; raises ValueError, which calls it `what`, for one of a batch that has none."""
+    if handle._id is not None:
+        return int(handle._id)
+    if handle._failed:
+        raise ValueError(f"{what} was not created: the step that took its batch along failed, and told of no id")
+    raise ValueError(f"{what} is not created before the next step of its world has taken along its batch{meanwhile}")
 
 
 def handle_id(value: Any, kinds: tuple[type[Handle], ...], what: str) -> int:
@@ -72,6 +84,13 @@ def items(values: Any, what: str) -> Iterable[Any]:
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise TypeError(f"{what} is {reprlib.repr(values)}, not a list")
     return values
+
+
+def text(value: Any, what: str, example: str) -> str:
+    """Returns `value`; raises TypeError, which shows an example, unless it is a text."""
+    if not isinstance(value, str):
+        raise TypeError(f"{what} is {reprlib.repr(value)}, not a text, as in {example}")
+    return value
 
 
 def instance(value: Any, kind: type, what: str, name: str | None = None) -> Any:

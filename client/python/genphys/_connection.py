@@ -32,7 +32,7 @@ class Connection:
     """One server as seen through gRPC. Safe to use from several threads. Keeps `keep_alive` from being collected."""
 
     def __init__(self, address: str, timeout: float, keep_alive: object = None) -> None:
-        self.address = address
+        self.address = _arguments.text(address, "address", '"127.0.0.1:50051"')
         self._keep_alive = keep_alive
         self.timeout = timeout
         self._channel = grpc.insecure_channel(address, options=_OPTIONS)

@@ -83,4 +83,5 @@ class Batch(Commands):
         for handles in (self._created, self._joined, self._created_fields):
             for index, handle in handles.items():
                 handle._id = id_of(index)
+                handle._failed = handle._id is None
         return tuple(self._created[index] for index in sorted(self._created) if self._created[index]._id is not None)

@@ -8,7 +8,7 @@ from typing import Any, Union
 
 import numpy as np
 
-from . import _encode
+from . import _arguments, _encode
 from ._arguments import Handle, handle_id, instance, items
 from ._contract import make
 from .model import Vector
@@ -100,14 +100,13 @@ class ForceField(Handle):
     """
 
     def __init__(self, number: int | None = None) -> None:
+        super().__init__()
         self._id = number
 
     @property
     def id(self) -> int:
-        """Raises ValueError as long as the batch that makes it was not taken along."""
-        if self._id is None:
-            raise ValueError("this force field is made by a batch that was not taken along yet")
-        return self._id
+        """Raises ValueError as long as the batch that makes it was not taken along, and if that was refused."""
+        return _arguments.id_in_batch(self, "a new force field")
 
     def __index__(self) -> int:
         return self.id

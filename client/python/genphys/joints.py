@@ -145,6 +145,7 @@ class Joint(Handle):
     __slots__ = ("_id",)
 
     def __init__(self, id: int | None) -> None:
+        super().__init__()
         self._id = id
 
     @property
@@ -152,11 +153,9 @@ class Joint(Handle):
         """The id; of a joint made in a batch, there only after the step that took the batch along.
 
         Raises:
-            ValueError: the batch has not been taken along yet.
+            ValueError: the batch has not been taken along yet, or was refused.
         """
-        if self._id is None:
-            raise ValueError("the joint is not made before the next step of its world")
-        return self._id
+        return _arguments.id_in_batch(self, "a new joint")
 
     def __index__(self) -> int:
         return self.id

@@ -12,7 +12,7 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arguments import Handle
+from ._arguments import Handle, id_in_batch
 
 Vector = Union[Sequence[float], NDArray[np.float64]]
 """Three numbers: a tuple, a list, an array."""
@@ -322,6 +322,7 @@ class Entity(Handle):
     __slots__ = ("_id", "_name")
 
     def __init__(self, id: int | None, name: str = "") -> None:
+        super().__init__()
         self._id = id
         self._name = name
 
@@ -330,14 +331,9 @@ class Entity(Handle):
         """The id; of an entity created in a batch, there only after the step that took the batch along.
 
         Raises:
-            ValueError: the batch has not been taken along yet.
+            ValueError: the batch has not been taken along yet, or was refused.
         """
-        if self._id is None:
-            raise ValueError(
-                f"{self} is not created before the next step of its world: until then only its own batch can name it, "
-                "in joints and fields"
-            )
-        return self._id
+        return id_in_batch(self, str(self), ": until then only its own batch can name it, in joints and fields")
 
     @property
     def name(self) -> str:

@@ -109,7 +109,8 @@ class Server:
             error_correction: How overlaps and the gaps of joints are taken away.
             recorded_events: Which kinds of events happen at all.
             record_state_hash: Put a hash of the state into every stamp.
-            required_features: Fail unless the engine has all of these, as in "shape_box".
+            required_features: Fail unless the engine has all of these, as in "shape_box"; with "none" an engine is
+                refused that lacks one when it is set.
             timeout: Seconds.
 
         Raises:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import operator
 import warnings
 import weakref
 from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import Any
 
-from . import _decode, _encode, model
+from . import _arguments, _decode, _encode, model
 from ._connection import Connection
 from ._contract import make, wire
 from .batch import Batch
@@ -77,6 +78,13 @@ class PreparedStep:
         if self.keyframe is None or self.keyframe.keyframe_id != message.keyframe_id:
             raise GenphysError("the server sent a delta against a keyframe that it did not send")
         return self.keyframe._rows, lay_over(self.keyframe, message)
+
+
+def _position(after: Any) -> Position:
+    if isinstance(after, (tuple, list)) and len(after) == 2:
+        with contextlib.suppress(TypeError):
+            return Position(*map(operator.index, after))
+    raise TypeError(f"after is {after!r}, not a position (epoch, sequence), as EventStream.position has it")
 
 
 def _events_left_out(response: Any) -> Gap | None:
@@ -311,13 +319,11 @@ class World(Commands, Queries):
 
         Args:
             filter: Which events; None is all that the world records.
-            after: The `position` of an earlier stream, to go on from there; None is from now on.
+            after: The `position` of an earlier stream, to go on from there; None is from now on. What the server no
+                longer keeps of it comes as a `Gap`.
             duration: Seconds of wall-clock time after which the iteration ends; None is never.
-
-        Raises:
-            HistoryGoneError: the server no longer keeps the events after `after`.
         """
-        start = None if after is None else Position(*after)
+        start = None if after is None else _position(after)
         wanted = _encode.event_filter(filter)
         stream = EventStream(self._connection, self._name, wanted, start, duration, self._event)
         self._streams.add(stream)

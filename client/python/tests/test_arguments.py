@@ -284,3 +284,11 @@ def test_half_a_pose_leaves_the_other_half(world, fake):
 
     world.update_entity(5, position=None, orientation=None, name="crate")
     assert list(last_command(fake).update_entity.update_mask.paths) == ["display_name"]
+
+
+def test_what_is_no_address_and_no_position_is_refused_by_its_name(world):
+    with pytest.raises(TypeError, match="address is 50051, not a text, as in"):
+        genphys.connect(50051)
+    for wrong in (3, (1, 2, 3), "12", (1, "2")):
+        with pytest.raises(TypeError, match=r"after is .*, not a position \(epoch, sequence\)"):
+            world.events(after=wrong)

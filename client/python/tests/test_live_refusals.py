@@ -78,6 +78,49 @@ def test_what_an_engine_lacks_is_refused_by_name(server):
     server.create_world(engine=engine, required_features=sorted(features - missing)).delete()
 
 
+def test_an_engine_that_is_not_there_is_refused_with_those_that_are(server):
+    names = [each.name for each in server.engines()]
+    with server.create_world() as world:
+        with pytest.raises(genphys.InvalidValueError) as caught:
+            world.set_engine("physx")
+        assert all(name in caught.value.message for name in names)
+        with pytest.raises(genphys.InvalidValueError, match='is "engines/Bullet"'):
+            world.set_engine("Bullet")
+
+
+def test_a_world_without_an_engine_takes_none_that_lacks_what_it_requires(server):
+    features = set(enum_names("Feature", "FEATURE_").values())
+    engine, missing = next(
+        (each.name, features - each.features) for each in server.engines() if features - each.features
+    )
+    with server.create_world(engine="none", required_features=sorted(missing)[:1]) as world:
+        with pytest.raises(genphys.UnsupportedFeatureError):
+            world.set_engine(engine)
+
+
+def test_what_a_refused_batch_was_to_make_says_that_it_was_not_made(world):
+    with world.batch() as batch:
+        ball = batch.add_sphere()
+        joint = batch.join(None, ball, genphys.joints.Ball())
+        field = batch.add_field(genphys.fields.Drag(linear=0.5))
+        batch.remove(1000)
+    with pytest.raises(genphys.EntityNotFoundError):
+        world.step()
+
+    for handle in (ball, joint, field):
+        with pytest.raises(ValueError, match="was not created: the step that took its batch along failed"):
+            handle.id
+
+
+def test_bytes_that_are_no_text_are_refused_with_the_reason(server):
+    with server.create_world(name="texts"), grpc.insecure_channel(server.address) as channel:
+        call = channel.unary_unary("/genphys.v1.SimulationService/CreateEntity")
+        with pytest.raises(grpc.RpcError) as caught:
+            call(b"\n\x0cworlds/texts\x12\x04\x12\x02\xff\xfe")
+
+    assert "a string in them is no UTF-8" in caught.value.details()
+
+
 def test_a_step_may_insist_on_where_the_world_is(world):
     world.step(3, expected_step=0)
 

@@ -217,7 +217,11 @@ Status CommandValidator::CheckEngine(const std::string& name) const {
   if (name == "none") return absl::OkStatus();
   const Backend* backend = world_.registry_.Find(name);
   if (backend == nullptr) {
-    return Refuse(Reason::kInvalidValue, "engine", Cat("there is no engine \"", name, "\"; see ListEngines"));
+    std::string names;
+    for (const auto& each : world_.registry_.backends()) {
+      names += (names.empty() ? "" : ", ") + each->capabilities().engine();
+    }
+    return Refuse(Reason::kInvalidValue, "engine", Cat("there is no engine \"", name, "\"; there are: ", names));
   }
   MissingFeatures missing(backend->capabilities());
   for (const Feature feature : settings_.required_features) missing.Need(feature);

@@ -59,7 +59,8 @@ const WorldMethodInfo& InfoOf(WorldMethod method) {
 Status DecodeRequest(const Bytes& request, google::protobuf::Message* message) {
   const bool fits = request.view.size() <= INT32_MAX;
   if (!fits || !message->ParseFromArray(request.view.data(), static_cast<int>(request.view.size()))) {
-    return Refuse(Reason::kInvalidValue, "", "the bytes sent are no " + message->GetTypeName());
+    return Refuse(Reason::kInvalidValue, "",
+                  "the bytes sent are no " + message->GetTypeName() + ", or a string in them is no UTF-8");
   }
   return ValidateLimits(*message);
 }

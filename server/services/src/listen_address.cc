@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <string_view>
 
 namespace genphys {
@@ -71,6 +72,14 @@ std::string WithPort(const std::string& address, int port) {
 
 Status CannotListen(const std::string& address) {
   const bool is_path = address.starts_with(kUnix);
+  if (is_path) {
+    const std::filesystem::path folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
+    std::error_code ignored;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, ignored)) {
+      return absl::NotFoundError("cannot listen at " + address + ": there is no folder " + folder.string() +
+                                 ". Make it first, or choose another one");
+    }
+  }
   return absl::AlreadyExistsError("cannot listen at " + address + ": " +
                                   (is_path
                                        ? "another server does, or the folder cannot be written to. Choose another path"
