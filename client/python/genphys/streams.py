@@ -18,6 +18,9 @@ from ._contract import wire
 RECONNECT_SECONDS = 30.0
 """How long a stream tries to come back after a lost connection before it raises."""
 
+WORLD_SECONDS = 5.0
+"""How long a server that comes back may be without the world: one that was started again has none, until it is made."""
+
 _RETRY_SECONDS_MIN = 0.05
 _RETRY_SECONDS_MAX = 2.0
 
@@ -146,6 +149,11 @@ class Stream(Generic[Item]):
             try:
                 self._subscribe()
                 return
+            except errors.WorldNotFoundError:
+                # From now on so long at most.
+                give_up_at = min(give_up_at, time.monotonic() + WORLD_SECONDS)
+                if time.monotonic() >= give_up_at:
+                    raise
             except errors.GenphysError as error:
                 if error.code != grpc.StatusCode.UNAVAILABLE:
                     raise

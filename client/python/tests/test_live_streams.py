@@ -115,17 +115,17 @@ def test_a_viewer_that_keeps_the_interpreter_busy_gets_a_recent_frame(space):
     space.add_sphere()
     with space.frames() as frames:
         next(frames)
-        space.play(10)
-        for _ in range(10):
+        space.play(2)
+        for _ in range(15):
             busy_until = time.monotonic() + BUSY_SECONDS
             while time.monotonic() < busy_until:
                 pass
             shown = next(frames).step
-            age = (space.info().stamp.step - shown) * conftest.STEP_SIZE / 10
+            age = (space.info().stamp.step - shown) * conftest.STEP_SIZE / 2
         space.pause()
 
-    # What nobody reads piles up for as long as the viewer is behind: a second here.
-    assert age < 4 * BUSY_SECONDS
+    # What nobody reads piles up for as long as the viewer is behind: 1.5 s here.
+    assert age < 6 * BUSY_SECONDS
 
 
 def test_a_viewer_that_nobody_listens_to_any_more_goes_with_its_thread(space):

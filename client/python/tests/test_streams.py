@@ -12,7 +12,7 @@ import pytest
 from fake_server import EPOCH, FakeServer, batch, refuse
 
 import genphys
-from genphys import events
+from genphys import events, streams
 from genphys._contract import wire
 
 SLEPT = {"entity_slept": {"entity_id": 5}}
@@ -77,7 +77,7 @@ def test_a_description_is_read_only_when_somebody_asks_for_it(monkeypatch):
 
     read = []
     entity_info = events._decode.entity_info
-    monkeypatch.setattr(events._decode, "entity_info", lambda message: read.append(1) or entity_info(message))
+    monkeypatch.setattr(events._decode, "entity_info", lambda *given: read.append(1) or entity_info(*given))
     with serving(watch) as server:
         created, updated = list(lab(server).events())
 
@@ -244,6 +244,21 @@ def test_a_keyframe_that_nobody_saw_still_bears_the_deltas_against_it():
         newest = next(frames)
 
     assert (newest.step, newest.skipped_frames, newest.positions[:, 2].tolist()) == (3, 3, [4.0, 6.0])
+
+
+def test_a_world_that_a_new_server_does_not_have_yet_is_waited_for(monkeypatch):
+    def breaks(request, context):
+        yield batch(1, SLEPT)
+        context.abort(grpc.StatusCode.UNAVAILABLE, "connection reset")
+
+    def has_none(request, context):
+        refuse(context, grpc.StatusCode.NOT_FOUND, "WORLD_NOT_FOUND", "there is no world lab")
+
+    with serving(breaks, has_none, has_none, lambda request, context: iter([batch(2, WOKE)])) as server:
+        assert [event.sequence for event in lab(server).events()] == [1, 2]
+    monkeypatch.setattr(streams, "WORLD_SECONDS", 0.0)
+    with serving(breaks, has_none, has_none) as server, pytest.raises(genphys.WorldNotFoundError):
+        list(lab(server).events())
 
 
 def test_a_server_that_cancels_what_comes_while_it_goes_is_as_good_as_none():
