@@ -27,10 +27,16 @@ _NUMERIC_KINDS = "biufO"
 class Handle:
     """What names a thing of a world by its id. Each kind has ids of its own: one never stands for another."""
 
-    __slots__ = ("_failed",)
+    __slots__ = ("_failed", "_world")
 
-    def __init__(self) -> None:
+    def __init__(self, home: str) -> None:
         self._failed = False  # the batch that was to make it came to nothing
+        self._world = home
+
+    @property
+    def _home(self) -> str:
+        """The world that it is of, as in "worlds/lab"; empty: nobody said."""
+        return self._world
 
     def __index__(self) -> int:
         raise NotImplementedError
@@ -45,14 +51,17 @@ def id_in_batch(handle: Any, what: str, meanwhile: str = "") -> int:
     raise ValueError(f"{what} is not created before the next step of its world has taken along its batch{meanwhile}")
 
 
-def handle_id(value: Any, kinds: tuple[type[Handle], ...], what: str) -> int:
-    """Returns the id of a handle of one of `kinds`, or of a number.
+def handle_id(value: Any, kinds: tuple[type[Handle], ...], what: str, home: str) -> int:
+    """Returns the id of a handle of one of `kinds`, or of a number, for a call to the world `home`.
 
     Raises:
         TypeError: it is another kind of handle, a bool, or no number; `what` says what was expected.
-        ValueError: it is a number that no id has, or its handle has no id yet.
+        ValueError: it is a number that no id has, or its handle has no id yet, or is of another world.
     """
     if isinstance(value, kinds):
+        if home and value._home and value._home != home:
+            # Somebody else has that number here.
+            raise ValueError(f"{value!r} is of the world {value._home}, not of {home}")
         return operator.index(value)
     if not isinstance(value, (Handle, bool, np.bool_)):
         try:
@@ -66,7 +75,7 @@ def handle_id(value: Any, kinds: tuple[type[Handle], ...], what: str) -> int:
     raise TypeError(f"expected {what} or its id, not {type(value).__name__}")
 
 
-def id_column(values: Any, what: str, id_of: Callable[[Any], int]) -> bytes:
+def id_column(values: Any, what: str, home: str, id_of: Callable[[Any, str], int]) -> bytes:
     """Returns n ids as a byte column; an array of numbers takes the fast way."""
     if isinstance(values, np.ndarray) and values.dtype.kind in "iu":
         if values.ndim != 1:
@@ -76,7 +85,7 @@ def id_column(values: Any, what: str, id_of: Callable[[Any], int]) -> bytes:
         return np.ascontiguousarray(values, "<u8").tobytes()
     if isinstance(values, (set, frozenset)):
         raise TypeError(f"{what} is a set, whose order says nothing of rows")
-    return np.fromiter((id_of(each) for each in items(values, what)), "<u8").tobytes()
+    return np.fromiter((id_of(each, home) for each in items(values, what)), "<u8").tobytes()
 
 
 def items(values: Any, what: str) -> Iterable[Any]:

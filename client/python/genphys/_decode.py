@@ -28,11 +28,11 @@ def orientation(pose: Any) -> tuple[float, float, float, float]:
     return (q.w, q.x, q.y, q.z)
 
 
-def entity_info(message: Any) -> model.EntityInfo:
+def entity_info(message: Any, home: str = "") -> model.EntityInfo:
     """Returns the description of an Entity message."""
     body = message.rigid_body
     return model.EntityInfo(
-        entity=model.Entity(message.id, message.display_name),
+        entity=model.Entity(message.id, message.display_name, home),
         name=message.display_name,
         position=vector(message.pose.position),
         orientation=orientation(message.pose),
@@ -55,10 +55,10 @@ def entity_info(message: Any) -> model.EntityInfo:
     )
 
 
-def joint_info(message: Any, state: Any) -> joints.JointInfo:
+def joint_info(message: Any, state: Any, home: str) -> joints.JointInfo:
     """Returns the description of a Joint message with its JointState."""
     return joints.JointInfo(
-        joint=joints.Joint(message.id),
+        joint=joints.Joint(message.id, home),
         entity_a=message.entity_a.id,
         entity_b=message.entity_b.id,
         kind=joints.decode(message),

@@ -36,19 +36,19 @@ def pose(position: Any, orientation: Any) -> Any:
     )
 
 
-def entity_id(entity: Any) -> int:
-    """Returns the id of an Entity, an EntityInfo or a number; raises TypeError for any other handle."""
-    return _arguments.handle_id(entity, (model.Entity, model.EntityInfo), "an Entity")
+def entity_id(entity: Any, home: str) -> int:
+    """Returns the id of an Entity or EntityInfo of the world `home`, or a number; raises for any other handle."""
+    return _arguments.handle_id(entity, (model.Entity, model.EntityInfo), "an Entity", home)
 
 
-def entity_ids(entities: Any, what: str) -> list[int]:
+def entity_ids(entities: Any, what: str, home: str) -> list[int]:
     """Returns the ids of entities; raises TypeError if they are not several."""
-    return [entity_id(each) for each in items(entities, what)]
+    return [entity_id(each, home) for each in items(entities, what)]
 
 
-def entity_column(entities: Any, what: str) -> bytes:
+def entity_column(entities: Any, what: str, home: str) -> bytes:
     """Returns ids of entities as a byte column; an array of numbers takes the fast way."""
-    return _arguments.id_column(entities, what, entity_id)
+    return _arguments.id_column(entities, what, home, entity_id)
 
 
 def frame(value: Any, what: str) -> Any:
@@ -63,12 +63,12 @@ def frame(value: Any, what: str) -> Any:
         raise TypeError(f"{what} is {reprlib.repr(value)}, not a position or (position, orientation)") from None
 
 
-def frame_request(frame: bool | model.FrameRequest | None) -> Any:
+def frame_request(frame: bool | model.FrameRequest | None, home: str) -> Any:
     """Returns a FrameRequest message; None when no frame is wanted."""
     if frame is None:
         return None
     if isinstance(frame, (bool, np.bool_)):
-        return frame_request(model.FrameRequest()) if frame else None
+        return frame_request(model.FrameRequest(), home) if frame else None
     if not isinstance(frame, model.FrameRequest):
         raise TypeError(f"frame is {reprlib.repr(frame)}, not True, False or genphys.FrameRequest(...)")
     return make.FrameRequest(
@@ -76,7 +76,7 @@ def frame_request(frame: bool | model.FrameRequest | None) -> Any:
         poses=frame.poses,
         velocities=frame.velocities,
         net_forces=frame.net_forces,
-        entity_ids=entity_ids(frame.entities, "entities"),
+        entity_ids=entity_ids(frame.entities, "entities", home),
         deltas=frame.deltas,
         joints=frame.joints,
     )
@@ -97,7 +97,7 @@ def event_kinds(kinds: Any, what: str) -> Any:
     return make.EventKinds(**vars(instance(kinds, model.EventKinds, what)))
 
 
-def event_filter(events: bool | model.EventFilter | None) -> Any:
+def event_filter(events: bool | model.EventFilter | None, home: str) -> Any:
     """Returns an EventFilter message; None when no events are wanted."""
     if events is None:
         return None
@@ -107,7 +107,7 @@ def event_filter(events: bool | model.EventFilter | None) -> Any:
         raise TypeError(f"events is {reprlib.repr(events)}, not True, False or genphys.EventFilter(...)")
     return make.EventFilter(
         kinds=None if events.kinds is None else event_kinds(events.kinds, "kinds"),
-        entity_ids=entity_ids(events.entities, "entities"),
+        entity_ids=entity_ids(events.entities, "entities", home),
     )
 
 
@@ -273,6 +273,8 @@ def inertia(mass: float | None, center_of_mass: Any, tensor: Any) -> Any:
 
 
 def entity(
+    home: str,
+    /,
     *,
     name: str = "",
     position: Any = None,
@@ -315,7 +317,7 @@ def entity(
             locked_axes=None
             if locked_axes is None
             else make.LockedAxes(**vars(instance(locked_axes, model.LockedAxes, "locked_axes"))),
-            ignored_entity_ids=entity_ids(ignored_entities, "ignored_entities"),
+            ignored_entity_ids=entity_ids(ignored_entities, "ignored_entities", home),
         )
     placed = position is not None or orientation is not None
     return make.Entity(
@@ -361,7 +363,7 @@ def known(options: Iterable[str], keywords: Iterable[str], verb: str) -> None:
             raise TypeError(f"{verb}() got an unexpected keyword argument {name!r}")
 
 
-def entity_update(options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]:
+def entity_update(home: str, options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]:
     """Returns an Entity message of what `options` say, and the paths of what they are; with `whole`, all physics."""
     unknown = options.keys() - _ENTITY_PATHS.keys() - _BODY_PATHS.keys()
     if unknown:
@@ -369,7 +371,7 @@ def entity_update(options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]
     paths = [_ENTITY_PATHS[name] for name in options if name in _ENTITY_PATHS]
     parts = [f"rigid_body.{_BODY_PATHS[name]}" for name in options if name in _BODY_PATHS]
     paths += ["rigid_body"] if whole else parts
-    return entity(physics=whole or bool(parts), **options), list(dict.fromkeys(paths))
+    return entity(home, physics=whole or bool(parts), **options), list(dict.fromkeys(paths))
 
 
 def resource(collection: str, name: Any, what: str) -> str:

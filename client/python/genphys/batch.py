@@ -15,7 +15,8 @@ from .model import Entity
 class Batch(Commands):
     """Commands that go with the next `World.step`; made by `World.batch`, and full at the end of its block."""
 
-    def __init__(self) -> None:
+    def __init__(self, home: str) -> None:
+        self._home = home
         self.commands: list[Any] = []
         self._ended = False
         self._created: dict[int, Entity] = {}
@@ -26,13 +27,13 @@ class Batch(Commands):
         return len(self.commands)
 
     def _create(self, entity: Any) -> Entity:
-        handle = Entity(None, entity.display_name)
+        handle = Entity(None, entity.display_name, self._home)
         self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
         self._created[len(self.commands) - 1] = handle
         return handle
 
     def _create_field(self, command: Any) -> fields.ForceField:
-        handle = fields.ForceField()
+        handle = fields.ForceField(home=self._home)
         self._submit(wire.Command(create_force_field=command))
         self._created_fields[len(self.commands) - 1] = handle
         return handle
@@ -53,7 +54,7 @@ class Batch(Commands):
         self._ended = True
 
     def _join(self, joint: Any) -> Joint:
-        handle = Joint(None)
+        handle = Joint(None, self._home)
         self._submit(wire.Command(create_joint=wire.CreateJoint(joint=joint)))
         self._joined[len(self.commands) - 1] = handle
         return handle

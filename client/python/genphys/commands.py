@@ -42,6 +42,9 @@ class Commands:
     along, with the path of the command in `field`.
     """
 
+    _home: str
+    """The name of the world that handles must be of."""
+
     def _create(self, entity: Any) -> Entity:
         raise NotImplementedError
 
@@ -60,7 +63,7 @@ class Commands:
         raise NotImplementedError
 
     def _side(self, entity: Entity | int | None) -> Any:
-        return None if entity is None else wire.EntityRef(id=_encode.entity_id(entity))
+        return None if entity is None else wire.EntityRef(id=_encode.entity_id(entity, self._home))
 
     def join(
         self,
@@ -135,13 +138,13 @@ class Commands:
         if kind is None:
             # A joint without a kind is refused; one that the mask does not name is not looked at.
             said["fixed"] = wire.FixedJoint()
-        update = wire.UpdateJoint(joint=make.Joint(id=joints.joint_id(joint), **said))
+        update = wire.UpdateJoint(joint=make.Joint(id=joints.joint_id(joint, self._home), **said))
         update.update_mask.paths.extend(fields)
         self._submit(wire.Command(update_joint=update))
 
     def remove_joint(self, joint: Joint | int) -> None:
         """Removes a joint."""
-        self._submit(wire.Command(delete_joint=wire.DeleteJoint(joint_id=joints.joint_id(joint))))
+        self._submit(wire.Command(delete_joint=wire.DeleteJoint(joint_id=joints.joint_id(joint, self._home))))
 
     def set_motors(self, of: Iterable[Joint | int] | Any, velocities: Any, positions: Any = None) -> None:
         """Sets the targets of the first motor of many joints: the fast way.
@@ -152,7 +155,7 @@ class Commands:
             positions: (n,), m or rad, when all of them drive to a position; None leaves them.
         """
         columns = make.SetMotorColumns(
-            joint_ids=joints.joint_column(of, "of"),
+            joint_ids=joints.joint_column(of, "of", self._home),
             targets=_arguments.number_column(velocities, "velocities"),
             positions=b"" if positions is None else _arguments.number_column(positions, "positions"),
         )
@@ -218,7 +221,7 @@ class Commands:
             options: See `BodyOptions` and `EntityOptions`.
         """
         _encode.known(options, _encode.ENTITY_KEYWORDS, "add_entity")
-        return self._create(_encode.entity(geometries=geometries, physics=physics, **options))
+        return self._create(_encode.entity(self._home, geometries=geometries, physics=physics, **options))
 
     def update_entity(
         self,
@@ -243,8 +246,8 @@ class Commands:
             options |= pose
         whole = options.pop("physics", None)
         cleared = [*_arguments.items(clear, "clear"), *(["rigid_body"] if whole is False else [])]
-        message, paths = _encode.entity_update(options, whole=bool(whole))
-        message.id = _encode.entity_id(entity)
+        message, paths = _encode.entity_update(self._home, options, whole=bool(whole))
+        message.id = _encode.entity_id(entity, self._home)
         commands = []
         if paths or cleared or not halves:
             update = wire.UpdateEntity(entity=message)
@@ -258,7 +261,7 @@ class Commands:
 
     def remove(self, entity: Entity | int) -> None:
         """Removes an entity and the joints that hold it."""
-        self._submit(wire.Command(delete_entity=wire.DeleteEntity(entity_id=_encode.entity_id(entity))))
+        self._submit(wire.Command(delete_entity=wire.DeleteEntity(entity_id=_encode.entity_id(entity, self._home))))
 
     def apply_force(
         self,
@@ -286,7 +289,8 @@ class Commands:
                 taken to go straight from one to the next, and motion under it is of second order. Otherwise the force
                 stays as it is and jumps, which is exact for what does.
         """
-        force_of_entity = _force(entity, force, torque, point, coordinates, steps, replace, sampled)
+        whom = _encode.entity_id(entity, self._home)
+        force_of_entity = _force(whom, force, torque, point, coordinates, steps, replace, sampled)
         self._submit(wire.Command(apply_force=force_of_entity))
 
     def apply_impulse(
@@ -308,7 +312,7 @@ class Commands:
             coordinates: Of all three: "world" or "entity".
         """
         impulse = make.ApplyImpulse(
-            entity_id=_encode.entity_id(entity),
+            entity_id=_encode.entity_id(entity, self._home),
             linear=None if linear is None else _encode.vector(linear, "linear"),
             angular=None if angular is None else _encode.vector(angular, "angular"),
             point=None if point is None else _encode.vector(point, "point"),
@@ -328,7 +332,7 @@ class Commands:
             sampled: As in `apply_force`.
         """
         columns = make.ApplyForceColumns(
-            entity_ids=_encode.entity_column(entities, "entities"),
+            entity_ids=_encode.entity_column(entities, "entities", self._home),
             forces=b"" if forces is None else _arguments.row_column(forces, 3, "forces"),
             torques=b"" if torques is None else _arguments.row_column(torques, 3, "torques"),
             sampled=sampled,
@@ -350,7 +354,7 @@ class Commands:
             entities: On which; empty: all dynamic ones. A spring names its own.
             region: Two opposite corners, metres: only on entities whose centre of mass is inside.
         """
-        return self._create_field(fields.creation(field, entities, region, self._made_by))
+        return self._create_field(fields.creation(self._home, field, entities, region, self._made_by))
 
     def update_field(
         self,
@@ -361,19 +365,20 @@ class Commands:
         region: tuple[Vector, Vector] | None = None,
     ) -> None:
         """Replaces all of a force field; see `add_field`."""
-        message = fields.message(field, entities, region, fields.field_id(number))
+        message = fields.message(self._home, field, entities, region, fields.field_id(number, self._home))
         self._submit(wire.Command(update_force_field=wire.UpdateForceField(field=message)))
 
     def remove_field(self, number: fields.ForceField | int) -> None:
         """Removes a force field."""
-        self._submit(wire.Command(delete_force_field=wire.DeleteForceField(field_id=fields.field_id(number))))
+        which = fields.field_id(number, self._home)
+        self._submit(wire.Command(delete_force_field=wire.DeleteForceField(field_id=which)))
 
     def set_velocity(
         self, entity: Entity | int, *, linear: Vector | None = None, angular: Vector | None = None
     ) -> None:
         """Sets the velocity of the centre of mass in m/s and the spin in rad/s; None leaves one as it is."""
         velocity = make.SetVelocity(
-            entity_id=_encode.entity_id(entity),
+            entity_id=_encode.entity_id(entity, self._home),
             linear=None if linear is None else _encode.vector(linear, "linear"),
             angular=None if angular is None else _encode.vector(angular, "angular"),
         )
@@ -398,7 +403,7 @@ class Commands:
                 overlaps there is only pushed out of it.
         """
         pose = _encode.pose(position, orientation)
-        command = make.SetPose(entity_id=_encode.entity_id(entity), pose=pose, over_steps=over_steps)
+        command = make.SetPose(entity_id=_encode.entity_id(entity, self._home), pose=pose, over_steps=over_steps)
         self._submit(wire.Command(set_pose=command))
 
     def set_gravity(self, gravity: Vector) -> None:
@@ -441,7 +446,8 @@ class Commands:
         if options.get("mass") is not None and options.get("density") is not None:
             raise ValueError("give mass or density, not both")
         of_geometry = {key: options.pop(key) for key in _GEOMETRY_KEYWORDS if key in options}
-        return self._create(_encode.entity(geometries=[model.Geometry(shape=shape, **of_geometry)], **options))
+        geometry = model.Geometry(shape=shape, **of_geometry)
+        return self._create(_encode.entity(self._home, geometries=[geometry], **options))
 
 
 def _has_rows(ids: bytes, **columns: bytes) -> bool:
@@ -453,7 +459,7 @@ def _has_rows(ids: bytes, **columns: bytes) -> bool:
 
 
 def _force(
-    entity: Entity | int,
+    number: int,
     force: Vector | None,
     torque: Vector | None,
     point: Vector | None,
@@ -463,7 +469,7 @@ def _force(
     sampled: bool,
 ) -> Any:
     return make.ApplyForce(
-        entity_id=_encode.entity_id(entity),
+        entity_id=number,
         force=None if force is None else _encode.vector(force, "force"),
         torque=None if torque is None else _encode.vector(torque, "torque"),
         point=None if point is None else _encode.vector(point, "point"),

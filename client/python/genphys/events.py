@@ -61,7 +61,7 @@ class Event:
 
     def involves(self, entity: object) -> bool:
         """Returns whether it names this `Entity` or id."""
-        number = _encode.entity_id(entity)
+        number = _encode.entity_id(entity, "")
         return any(each.id == number for each in self.entities)
 
 
@@ -220,7 +220,7 @@ class _Described(Event):
         message = self.__dict__.get("_message") if name == "info" else None
         if message is None:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        self.__dict__["info"] = _decode.entity_info(message)
+        self.__dict__["info"] = _decode.entity_info(message, self.__dict__["entity"]._home)
         self.__dict__.pop("_message", None)
         return self.__dict__["info"]
 
@@ -317,19 +317,21 @@ def _moving(kind: Any) -> Decoder:
     return lambda step, sequence, body, of: kind(step, sequence, of(body.entity_id), body.rotation)
 
 
-def _described(event: type[Event], message: Any, **values: Any) -> Event:
+def _described(event: type[Event], message: Any, of: EntityOf, **values: Any) -> Event:
     described = event.__new__(event)
-    described.__dict__.update(values, entity=Entity(message.id, message.display_name), _message=message)
+    # Its name of then, which may not be that of now.
+    handle = Entity(message.id, message.display_name, of(message.id)._home)
+    described.__dict__.update(values, entity=handle, _message=message)
     return described
 
 
 def _created(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
-    return _described(EntityCreated, body.entity, step=step, sequence=sequence)
+    return _described(EntityCreated, body.entity, of, step=step, sequence=sequence)
 
 
 def _updated(step: int, sequence: int, body: Any, of: EntityOf) -> Event:
     changed = tuple(body.changed.paths)
-    return _described(EntityUpdated, body.entity, step=step, sequence=sequence, changed=changed)
+    return _described(EntityUpdated, body.entity, of, step=step, sequence=sequence, changed=changed)
 
 
 def _side(number: int, of: EntityOf) -> Entity | None:

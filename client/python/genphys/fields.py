@@ -99,8 +99,8 @@ class ForceField(Handle):
     Handles compare and hash by id. Those of two worlds may be equal by chance.
     """
 
-    def __init__(self, number: int | None = None) -> None:
-        super().__init__()
+    def __init__(self, number: int | None = None, home: str = "") -> None:
+        super().__init__(home)
         self._id = number
 
     @property
@@ -144,13 +144,17 @@ class ForceFieldInfo(Handle):
         """The id of the force field."""
         return self.force_field.id
 
+    @property
+    def _home(self) -> str:
+        return self.force_field._home
+
     def __index__(self) -> int:
         return self.id
 
 
-def field_id(field: Any) -> int:
+def field_id(field: Any, home: str) -> int:
     """Returns the id of a ForceField, a ForceFieldInfo or a number; raises TypeError for any other handle."""
-    return handle_id(field, (ForceField, ForceFieldInfo), "a ForceField")
+    return handle_id(field, (ForceField, ForceFieldInfo), "a ForceField", home)
 
 
 def _drag(field: Drag) -> Any:
@@ -163,7 +167,7 @@ def _drag(field: Drag) -> Any:
     )
 
 
-def _uniform(field: Uniform) -> dict[str, Any]:
+def _uniform(field: Uniform, home: str) -> dict[str, Any]:
     return {
         "uniform": make.UniformField(
             force=_encode.vector(field.force, "force"), acceleration=_encode.vector(field.acceleration, "acceleration")
@@ -171,11 +175,11 @@ def _uniform(field: Uniform) -> dict[str, Any]:
     }
 
 
-def _spring(field: Spring) -> dict[str, Any]:
+def _spring(field: Spring, home: str) -> dict[str, Any]:
     return {
         "spring": make.SpringField(
-            entity_a=_encode.entity_id(field.a),
-            entity_b=0 if field.b is None else _encode.entity_id(field.b),
+            entity_a=_encode.entity_id(field.a, home),
+            entity_b=0 if field.b is None else _encode.entity_id(field.b, home),
             point_in_a=_encode.vector(field.point_in_a, "point_in_a"),
             point_in_b=_encode.vector(field.point_in_b, "point_in_b"),
             rest_length=field.rest_length,
@@ -185,7 +189,7 @@ def _spring(field: Spring) -> dict[str, Any]:
     }
 
 
-def _point_gravity(field: PointGravity) -> dict[str, Any]:
+def _point_gravity(field: PointGravity, home: str) -> dict[str, Any]:
     return {
         "point_gravity": make.PointGravityField(
             center=_encode.vector(field.center, "center"), strength=field.strength, softening=field.softening
@@ -193,7 +197,7 @@ def _point_gravity(field: PointGravity) -> dict[str, Any]:
     }
 
 
-def _buoyancy(field: Buoyancy) -> dict[str, Any]:
+def _buoyancy(field: Buoyancy, home: str) -> dict[str, Any]:
     normal = field.surface_normal
     return {
         "buoyancy": make.BuoyancyField(
@@ -207,7 +211,7 @@ def _buoyancy(field: Buoyancy) -> dict[str, Any]:
 
 _KINDS = {
     Uniform: _uniform,
-    Drag: lambda field: {"drag": _drag(field)},
+    Drag: lambda field, home: {"drag": _drag(field)},
     Spring: _spring,
     PointGravity: _point_gravity,
     Buoyancy: _buoyancy,
@@ -215,7 +219,11 @@ _KINDS = {
 
 
 def message(
-    field: Field, entities: Sequence[Any] = (), region: tuple[Vector, Vector] | None = None, number: int = 0
+    home: str,
+    field: Field,
+    entities: Sequence[Any] = (),
+    region: tuple[Vector, Vector] | None = None,
+    number: int = 0,
 ) -> Any:
     """Returns a ForceField message; raises TypeError for what is no field."""
     if type(field) not in _KINDS:
@@ -230,13 +238,14 @@ def message(
         )
     return make.ForceField(
         id=number,
-        entity_ids=_encode.entity_ids(entities, "entities"),
+        entity_ids=_encode.entity_ids(entities, "entities", home),
         region=bounds,
-        **_KINDS[type(field)](field),
+        **_KINDS[type(field)](field, home),
     )
 
 
 def creation(
+    home: str,
     field: Field,
     entities: Sequence[Any],
     region: tuple[Vector, Vector] | None,
@@ -253,7 +262,7 @@ def creation(
                 ends[f"spring_{name}_created_by_command"] = place
                 field = dataclasses.replace(field, **{name: 0})
     return make.CreateForceField(
-        field=message(field, there, region),
+        field=message(home, field, there, region),
         created_by_commands=[place for place in map(made_by, entities) if place is not None],
         **ends,
     )
@@ -305,12 +314,12 @@ _DECODERS: dict[str, Any] = {
 }
 
 
-def decode(message: Any) -> ForceFieldInfo:
+def decode(message: Any, home: str = "") -> ForceFieldInfo:
     """Returns the description of a ForceField message."""
     kind = message.WhichOneof("kind")
     region = message.region
     return ForceFieldInfo(
-        force_field=ForceField(message.id),
+        force_field=ForceField(message.id, home),
         field=_DECODERS[kind](getattr(message, kind)) if kind in _DECODERS else None,
         entities=tuple(message.entity_ids),
         region=(_vector(region.corner), _vector(region.opposite_corner)) if message.HasField("region") else None,

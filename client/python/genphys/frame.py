@@ -60,7 +60,7 @@ class Rows:
         if self._index is None:
             # Built at the first question and kept: most frames are never asked, and their rows rarely change.
             self._index = {each: row for row, each in enumerate(self.ids.tolist())}
-        number = _encode.entity_id(entity)
+        number = _encode.entity_id(entity, "")
         try:
             return self._index[number]
         except KeyError:

@@ -144,8 +144,8 @@ class Joint(Handle):
 
     __slots__ = ("_id",)
 
-    def __init__(self, id: int | None) -> None:
-        super().__init__()
+    def __init__(self, id: int | None, home: str = "") -> None:
+        super().__init__(home)
         self._id = id
 
     @property
@@ -211,18 +211,22 @@ class JointInfo(Handle):
         """The id of the joint."""
         return self.joint.id
 
+    @property
+    def _home(self) -> str:
+        return self.joint._home
+
     def __index__(self) -> int:
         return self.id
 
 
-def joint_id(joint: Any) -> int:
+def joint_id(joint: Any, home: str) -> int:
     """Returns the id of a Joint, a JointInfo or a number; raises TypeError for any other handle."""
-    return _arguments.handle_id(joint, (Joint, JointInfo), "a Joint")
+    return _arguments.handle_id(joint, (Joint, JointInfo), "a Joint", home)
 
 
-def joint_column(joints: Any, what: str) -> bytes:
+def joint_column(joints: Any, what: str, home: str) -> bytes:
     """Returns ids of joints as a byte column; an array of numbers takes the fast way."""
-    return _arguments.id_column(joints, what, joint_id)
+    return _arguments.id_column(joints, what, home, joint_id)
 
 
 def _limits(angular: bool, lower: float | None, upper: float | None) -> Any:

@@ -316,13 +316,13 @@ class FrameRequest:
 class Entity(Handle):
     """A handle of one entity: its id in its world, and a name for people.
 
-    Handles compare and hash by id. Those of two worlds may be equal by chance.
+    Handles compare and hash by id. Those of two worlds may be equal by chance; a world takes none of another one's.
     """
 
     __slots__ = ("_id", "_name")
 
-    def __init__(self, id: int | None, name: str = "") -> None:
-        super().__init__()
+    def __init__(self, id: int | None, name: str = "", home: str = "") -> None:
+        super().__init__(home)
         self._id = id
         self._name = name
 
@@ -398,6 +398,10 @@ class EntityInfo(Handle):
     def id(self) -> int:
         """The id of the entity in its world."""
         return self.entity.id
+
+    @property
+    def _home(self) -> str:
+        return self.entity._home
 
     def __index__(self) -> int:
         return self.entity.id

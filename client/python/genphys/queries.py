@@ -260,14 +260,14 @@ class Queries:
         """Returns how far each entity of `first` is from that of `second`."""
         request = make.MeasureDistancesRequest(
             world=self._name,
-            from_ids=_encode.entity_column(first, "first"),
-            to_ids=_encode.entity_column(second, "second"),
+            from_ids=_encode.entity_column(first, "first", self._name),
+            to_ids=_encode.entity_column(second, "second", self._name),
         )
         return _closest(self._connection.call("MeasureDistances", request, timeout).closest)
 
     def contacts_of(self, entity: Entity | int, *, timeout: float | None = None) -> list[EntityContact]:
         """Returns what touches an entity as of the last step, in order of id."""
-        request = make.GetContactsRequest(world=self._name, entity_id=_encode.entity_id(entity))
+        request = make.GetContactsRequest(world=self._name, entity_id=_encode.entity_id(entity, self._name))
         return [
             EntityContact(
                 self._entity(each.other_id), each.is_sensor, tuple(events.contact_point(point) for point in each.points)

@@ -110,15 +110,15 @@ class World(Commands, Queries):
 
     def __init__(self, connection: Connection, name: str, owned: bool) -> None:
         self._connection = connection
-        self._name = name
+        self._name = self._home = name
         self._owned = owned
         self._names: dict[int, str] = {}
-        self._pending = Batch()
+        self._pending = Batch(self._name)
         self._rows = RowsCache()
         self._keyframes: dict[bytes, Frame] = {}
         self._streams: weakref.WeakSet[Stream[Any] | FrameStream | Drive] = weakref.WeakSet()
         # Requests of the usual kinds are made once: copying one is cheaper than filling it.
-        self._frame_requests = {True: _encode.frame_request(True), False: None}
+        self._frame_requests = {True: _encode.frame_request(True, name), False: None}
 
     @property
     def name(self) -> str:
@@ -173,8 +173,9 @@ class World(Commands, Queries):
             StaleIdError: it is gone.
             EntityNotFoundError: there never was one with this id.
         """
-        request = wire.GetEntityRequest(world=self._name, entity_id=_encode.entity_id(entity))
-        return self._learn(_decode.entity_info(self._connection.call("GetEntity", request, timeout).entity))
+        request = wire.GetEntityRequest(world=self._name, entity_id=_encode.entity_id(entity, self._name))
+        response = self._connection.call("GetEntity", request, timeout)
+        return self._learn(_decode.entity_info(response.entity, self._name))
 
     def entities(self, *, timeout: float | None = None) -> list[EntityInfo]:
         """Returns all entities as they are now, in order of id."""
@@ -182,7 +183,7 @@ class World(Commands, Queries):
         request = wire.ListEntitiesRequest(world=self._name, page_size=_PAGE_SIZE)
         while True:
             response = self._connection.call("ListEntities", request, timeout)
-            found += [self._learn(_decode.entity_info(each)) for each in response.entities]
+            found += [self._learn(_decode.entity_info(each, self._name)) for each in response.entities]
             if not response.next_page_token:
                 return found
             request.page_token = response.next_page_token
@@ -193,7 +194,7 @@ class World(Commands, Queries):
         request = wire.ListJointsRequest(world=self._name, page_size=_PAGE_SIZE)
         while True:
             response = self._connection.call("ListJoints", request, timeout)
-            found += [_decode.joint_info(*each) for each in zip(response.joints, response.states)]
+            found += [_decode.joint_info(*each, self._name) for each in zip(response.joints, response.states)]
             if not response.next_page_token:
                 return found
             request.page_token = response.next_page_token
@@ -204,7 +205,7 @@ class World(Commands, Queries):
         request = wire.ListForceFieldsRequest(world=self._name, page_size=_PAGE_SIZE)
         while True:
             response = self._connection.call("ListForceFields", request, timeout)
-            found += [decode_field(each) for each in response.fields]
+            found += [decode_field(each, self._name) for each in response.fields]
             if not response.next_page_token:
                 return found
             request.page_token = response.next_page_token
@@ -268,7 +269,7 @@ class World(Commands, Queries):
         They are applied in order before its first step, or none of them. If the block raises, they are dropped.
         Entities that the batch adds have an id after that step. Commands given to it after its block raise ValueError.
         """
-        batch = Batch()
+        batch = Batch(self._name)
         try:
             yield batch
         finally:
@@ -324,7 +325,7 @@ class World(Commands, Queries):
             duration: Seconds of wall-clock time after which the iteration ends; None is never.
         """
         start = None if after is None else _position(after)
-        wanted = _encode.event_filter(filter)
+        wanted = _encode.event_filter(filter, self._name)
         stream = EventStream(self._connection, self._name, wanted, start, duration, self._event)
         self._streams.add(stream)
         return stream
@@ -346,7 +347,8 @@ class World(Commands, Queries):
             every: Only steps whose number is a multiple of this.
             duration: Seconds of wall-clock time after which the iteration ends; None is never.
         """
-        stream = FrameStream(self._connection, self._name, _encode.frame_request(frame), every, duration)
+        wanted = _encode.frame_request(frame, self._name)
+        stream = FrameStream(self._connection, self._name, wanted, every, duration)
         self._streams.add(stream)
         return stream
 
@@ -365,15 +367,17 @@ class World(Commands, Queries):
             world=self._name,
             steps=steps,
             step_size_seconds=step_size,
-            frame=self._frame_requests[frame] if isinstance(frame, bool) else _encode.frame_request(frame),
-            events=_encode.event_filter(events),
+            frame=self._frame_requests[frame]
+            if isinstance(frame, bool)
+            else _encode.frame_request(frame, self._name),
+            events=_encode.event_filter(events, self._name),
             stats=stats,
             expected_step=expected_step,
         )
 
     def _take_along(self, request: Any) -> PreparedStep:
         """Lets the collected commands go with a StepRequest."""
-        pending, self._pending = self._pending, Batch()
+        pending, self._pending = self._pending, Batch(self._name)
         request.commands.extend(pending.commands)
         keyframe = None
         if request.frame.deltas:
@@ -392,16 +396,19 @@ class World(Commands, Queries):
 
     def _create(self, entity: Any) -> Entity:
         request = wire.CreateEntityRequest(world=self._name, entity=entity)
-        return self._learn(_decode.entity_info(self._connection.call("CreateEntity", request).entity)).entity
+        response = self._connection.call("CreateEntity", request)
+        return self._learn(_decode.entity_info(response.entity, self._name)).entity
 
     def _create_field(self, command: Any) -> ForceField:
-        return ForceField(self._send(wire.Command(create_force_field=command)).results[0].created_id)
+        response = self._send(wire.Command(create_force_field=command))
+        return ForceField(response.results[0].created_id, self._name)
 
     def _submit(self, *commands: Any) -> None:
         self._send(*commands)
 
     def _join(self, joint: Any) -> Joint:
-        return Joint(self._send(wire.Command(create_joint=wire.CreateJoint(joint=joint))).results[0].created_id)
+        response = self._send(wire.Command(create_joint=wire.CreateJoint(joint=joint)))
+        return Joint(response.results[0].created_id, self._name)
 
     def _send(self, *commands: Any) -> Any:
         return self._connection.call("Step", wire.StepRequest(world=self._name, commands=commands, steps=0))
@@ -417,4 +424,4 @@ class World(Commands, Queries):
         return event
 
     def _entity(self, number: int) -> Entity:
-        return Entity(number, self._names.get(number, ""))
+        return Entity(number, self._names.get(number, ""), self._name)

@@ -138,3 +138,51 @@ def test_a_deleted_world_is_gone_for_all(server):
         world.step()
     with pytest.raises(genphys.WorldNotFoundError):
         world.delete()
+
+
+def test_a_world_takes_no_handle_of_another_one(server, space):
+    drag = genphys.fields.Drag(linear=0.5)
+    with server.create_world() as other:
+        ball = other.add_sphere(position=(0, 0, 5))
+        joint = other.join(None, ball, genphys.joints.Ball())
+        field = other.add_field(drag)
+        mine = space.add_sphere()
+        with other.batch() as batch:
+            batched = batch.add_sphere()
+        told = next(each.entity for each in other.step().events if isinstance(each, genphys.EntityCreated))
+        wrong = [ball, told, batched, other.entity(ball), other.entities()[0]]
+
+        refused = [
+            lambda each: space.apply_impulse(each, (0, 0, 1)),
+            lambda each: space.apply_force(each, (0, 0, 1)),
+            lambda each: space.apply_forces([mine, each], [(0, 0, 1)] * 2),
+            lambda each: space.join(mine, each, genphys.joints.Ball()),
+            lambda each: space.add_field(genphys.fields.Spring(a=mine, b=each)),
+            lambda each: space.add_field(drag, entities=[each]),
+            lambda each: space.add_sphere(ignored_entities=[each]),
+            lambda each: space.update_entity(each, name="other"),
+            lambda each: space.set_pose(each, position=(0, 0, 0)),
+            lambda each: space.set_velocity(each, linear=(0, 0, 0)),
+            lambda each: space.remove(each),
+            lambda each: space.entity(each),
+            lambda each: space.contacts_of(each),
+            lambda each: space.distances([mine], [each]),
+            lambda each: space.step(frame=genphys.FrameRequest(entities=[each])),
+            lambda each: space.events(genphys.EventFilter(entities=[each])),
+        ]
+        for handle in wrong:
+            for call in refused:
+                with pytest.raises(ValueError, match=f"is of the world worlds/{other.name}, not of worlds/{space.name}"):
+                    call(handle)
+        for call in (
+            lambda: space.remove_joint(joint),
+            lambda: space.remove_joint(other.joints()[0]),
+            lambda: space.set_motors([joint], [1.0]),
+            lambda: space.remove_field(field),
+            lambda: space.update_field(other.fields()[0], drag),
+        ):
+            with pytest.raises(ValueError, match="is of the world"):
+                call()
+        # Another hand on the same world has its handles, and a number is what somebody says it is.
+        server.world(other.name).apply_impulse(ball, (0, 0, 1))
+        space.apply_impulse(mine.id, (0, 0, 1))
