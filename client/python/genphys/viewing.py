@@ -72,7 +72,7 @@ class _Source(Stream[Frame]):
         try:
             if self._stands_in and self._unseen:
                 self._let_catch_up(came_at + _CATCH_UP_SECONDS)
-            while (unseen := self._take_unseen()) is None:
+            while not self._unseen or (unseen := self._take_unseen()) is None:
                 self._read_or_wait()
         finally:
             now = time.monotonic()
@@ -82,7 +82,8 @@ class _Source(Stream[Frame]):
             self._came_at = 0.0
             if self._parked:
                 self._left.set()
-        return whole(*unseen)
+        frame, _, base = unseen
+        return frame if base is frame else whole(*unseen)
 
     def close(self) -> None:
         super().close()
@@ -102,15 +103,14 @@ class _Source(Stream[Frame]):
         base = self._merger.base_of(frame, message)
         if base is None:
             return
-        missed = self._take_unseen()
-        if missed is not None:
+        if self._unseen and (missed := self._take_unseen()) is not None:
             message.skipped_frames += missed[1].skipped_frames + 1
         self._unseen.append((frame, message, base))
 
     def _take_unseen(self) -> _Unseen | None:
         try:
             # Either thread may be the one that has it.
-            return self._unseen.pop() if self._unseen else None
+            return self._unseen.pop()
         except IndexError:
             return None
 
