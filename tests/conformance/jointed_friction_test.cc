@@ -18,11 +18,10 @@ constexpr double kGravity = 9.81, kFriction = 0.5;
 // A floor that gravity makes a slope, `ratio` times as steep as friction holds, down towards `heading`.
 std::unique_ptr<World> MakeSlope(const std::string& engine, double rate, double ratio, double heading) {
   const double angle = std::atan(ratio * kFriction);
-  WorldDesc desc{
-      .engine = engine,
-      .gravity = kGravity * Vector3(std::sin(angle) * std::cos(heading), std::sin(angle) * std::sin(heading),
-                                    -std::cos(angle)),
-      .stepper = {.step_size = 1 / rate}};
+  WorldDesc desc{.engine = engine,
+                 .gravity = kGravity * Vector3(std::sin(angle) * std::cos(heading), std::sin(angle) * std::sin(heading),
+                                               -std::cos(angle)),
+                 .stepper = {.step_size = 1 / rate}};
   desc.default_material.friction = kFriction;
   desc.default_auto_disable.enabled = false;
   return testing::MakeWorld(desc);
@@ -71,7 +70,8 @@ TEST_P(JointedFriction, ACarWithLockedBrakesSlipsHoweverItStands) {
         EntityDesc body = Body(Box{{0.6, 0.3, 0.1}}, {0, 0, 0.35}, kCar);
         body.rigid_body->geometries[0].collides_with_bits = 0;
         const EntityId car = Add(*world, body);
-        for (const Vector3& at : {Vector3(-0.4, -0.35, kRadius), Vector3(-0.4, 0.35, kRadius), Vector3(0.5, 0, kRadius)}) {
+        for (const Vector3& at :
+             {Vector3(-0.4, -0.35, kRadius), Vector3(-0.4, 0.35, kRadius), Vector3(0.5, 0, kRadius)}) {
           const EntityId wheel = Add(*world, Ball(at, kRadius, kWheel));
           const JointAxis locked{.limits = {}, .motor = Motor{}, .spring = {}};
           Join(*world, Between(car, wheel, HingeJoint{locked}, FrameAlong(Vector3::UnitY(), at - Vector3(0, 0, 0.35))));
@@ -154,7 +154,8 @@ Eigen::Matrix<double, 3, 2> Slid(const std::string& engine, double rate, double 
   one.rigid_body->linear_velocity = speed;
   one.rigid_body->angular_velocity = spin;
   if (!welded) ids.push_back(Add(*world, one));
-  for (size_t i = 1; i < ids.size(); ++i) Join(*world, Between(ids[0], ids[i], FixedJoint{}, Pose{places[i] - places[0], {1, 0, 0, 0}}));
+  for (size_t i = 1; i < ids.size(); ++i)
+    Join(*world, Between(ids[0], ids[i], FixedJoint{}, Pose{places[i] - places[0], {1, 0, 0, 0}}));
   Steps(*world, static_cast<int>(std::lround(time * rate)));
   Eigen::Matrix<double, 3, 2> slid;
   if (welded) {

@@ -26,7 +26,8 @@ Eigen::Vector2d FrictionOf(const Eigen::Matrix2d& mobility, const Eigen::Vector2
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(3, 3);
   matrix.bottomRightCorner<2, 2>() = mobility;
   const Eigen::VectorXd all = (Eigen::VectorXd(3) << pressing, wanted).finished();
-  const BoundedSolver::Bounds bounds[] = {{0, INFINITY}, {-coefficient, coefficient, 0}, {-coefficient, coefficient, 0}};
+  const BoundedSolver::Bounds bounds[] = {
+      {0, INFINITY}, {-coefficient, coefficient, 0}, {-coefficient, coefficient, 0}};
   const Eigen::Index pairs[] = {1};
   NoSolver solver;
   Eigen::VectorXd impulses = Eigen::VectorXd::Zero(3);

@@ -107,7 +107,9 @@ bool FrictionLines::Follow(std::span<const dJointFeedback> feedback, double step
   for (size_t i = 0; i < points_.size(); ++i) {
     const Point& point = points_[i];
     if (!point.is_followed) continue;
-    const auto along_lines = [&](const Vector3& v) -> Eigen::Vector2d { return {v.dot(point.first), v.dot(point.second)}; };
+    const auto along_lines = [&](const Vector3& v) -> Eigen::Vector2d {
+      return {v.dot(point.first), v.dot(point.second)};
+    };
     const Vector3 push = step_size * FromOde(feedback[i].f1);
     const Eigen::Vector2d impulse = along_lines(push);
     const Eigen::Vector2d slip = along_lines(SlipOf(point)) + point.softness * impulse;

@@ -19,7 +19,8 @@ class FrictionDisc {
   const Eigen::Vector2d& along() const { return along_; }
   /// What the second row gives way, m/s per N*s.
   double softness() const { return softness_; }
-  /// The bound of both, N*s, foretold: friction itself changes what presses, which changes the bound from solve to solve.
+  /// The bound of both, N*s, foretold: friction itself changes what presses, which changes the bound from solve to
+  /// solve.
   double most() const { return most_; }
 
  private:
