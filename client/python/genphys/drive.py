@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import collections
 import queue
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import grpc
 
 from . import errors, model
+from ._closing import Closing
 from ._connection import Connection
 from ._contract import wire
 from .frame import StepResult
@@ -21,7 +21,7 @@ IN_FLIGHT_MAX = 16
 """Steps that may be sent before the result of the first is received."""
 
 
-class Drive:
+class Drive(Closing):
     """A stream of steps of one world: it steps while this program works. Made by `World.drive`; one thread uses it.
 
     Results come in the order of sending. What was sent and not received when the stream ends may be done or not. Other
@@ -35,14 +35,6 @@ class Drive:
         self._closed = False
         self._call = connection.stream("Drive", iter(self._requests.get, None))
         connection.keep(self)
-
-    def __enter__(self) -> Drive:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __del__(self) -> None:
         if hasattr(self, "_call"):

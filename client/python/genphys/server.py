@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from types import TracebackType
 
 import grpc
 
 from . import _decode, _encode, model
 from ._arguments import instance, items
+from ._closing import Closing
 from ._connection import DEFAULT_TIMEOUT_SECONDS, Connection, finish
 from ._contract import make, wire
 from ._launcher import ServerProcess, find_server
@@ -20,7 +20,7 @@ from .world import World
 _PAGE_SIZE = 1000
 
 
-class Server:
+class Server(Closing):
     """A connection to one server; ends it too if `launch` started it. Use it in a `with`, or call `close()`."""
 
     def __init__(self, connection: Connection, process: ServerProcess | None = None) -> None:
@@ -31,14 +31,6 @@ class Server:
     def address(self) -> str:
         """Where it is, in gRPC's notation."""
         return self._connection.address
-
-    def __enter__(self) -> Server:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"<Server {self.address}>"

@@ -6,12 +6,12 @@ import collections
 import threading
 import time
 from collections.abc import Callable, Iterator
-from types import TracebackType
 from typing import Any, Generic, NamedTuple, TypeVar, Union
 
 import grpc
 
 from . import _arguments, errors, events
+from ._closing import Closing
 from ._connection import Connection, finish
 from ._contract import wire
 
@@ -25,7 +25,6 @@ _RETRY_SECONDS_MIN = 0.05
 _RETRY_SECONDS_MAX = 2.0
 
 Item = TypeVar("Item")
-AnyStream = TypeVar("AnyStream", bound="Stream[Any]")
 AnyEvent = Union[events.Event, events.Gap, events.EpochBegan]
 
 
@@ -36,7 +35,7 @@ class Position(NamedTuple):
     sequence: int
 
 
-class Stream(Generic[Item]):
+class Stream(Closing, Generic[Item]):
     """An iterator over what a server pushes. Use it in a `with` or call `close()`.
 
     One thread iterates; any thread may close.
@@ -62,14 +61,6 @@ class Stream(Generic[Item]):
         while not self._ready:
             self._receive()
         return self._ready.popleft()
-
-    def __enter__(self: AnyStream) -> AnyStream:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Ends the stream; a thread that waits in it gets StopIteration. May be called again."""

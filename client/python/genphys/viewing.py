@@ -6,9 +6,9 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from types import TracebackType
 from typing import Any
 
+from ._closing import Closing
 from ._connection import Connection
 from ._contract import make
 from .frame import DeltaMerger, Frame, RowsCache, whole
@@ -174,7 +174,7 @@ class _Source(Stream[Frame]):
             self._stands_in = False
 
 
-class FrameStream(Iterator[Frame]):
+class FrameStream(Closing, Iterator[Frame]):
     """Frames of one world, the newest when this listener is slow; see `World.frames`. Used like an `EventStream`."""
 
     def __init__(
@@ -188,14 +188,6 @@ class FrameStream(Iterator[Frame]):
 
     def __next__(self) -> Frame:
         return self._view()
-
-    def __enter__(self) -> FrameStream:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Ends the stream; a thread that waits in it gets StopIteration. May be called again."""

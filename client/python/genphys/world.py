@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any
 
 from . import _arguments, _decode, _encode, model
+from ._closing import Closing
 from ._connection import Connection
 from ._contract import make, wire
 from .batch import Batch
@@ -100,7 +101,7 @@ def _events_left_out(response: Any) -> Gap | None:
     return gap
 
 
-class World(Commands, Queries):
+class World(Closing, Commands, Queries):
     """One world. Made by `Server.create_world` and `Server.world`.
 
     A world that was created here is deleted at the end of its `with` block; one that was joined is left alone.
@@ -124,9 +125,6 @@ class World(Commands, Queries):
     def name(self) -> str:
         """Its name, as in "lab"."""
         return _decode.short_name(self._name)
-
-    def __enter__(self) -> World:
-        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -1,0 +1,25 @@
+"""What a `with` block closes at its end."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import TypeVar
+
+AnyClosing = TypeVar("AnyClosing", bound="Closing")
+
+
+class Closing:
+    """Base of what is closed when it is no longer used."""
+
+    __slots__ = ()
+
+    def __enter__(self: AnyClosing) -> AnyClosing:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        raise NotImplementedError
