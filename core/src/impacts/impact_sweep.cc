@@ -24,11 +24,12 @@ bool IsRound(const Shape& shape) {
          std::holds_alternative<Cone>(shape);
 }
 
-// How far a geometry goes at most by turning about its middle, m; `turn` is that of its body, in the world.
-double TurnedWay(const Geometry& geometry, const Pose& pose, const Vector3& turn) {
-  if (!IsRound(geometry.shape)) return BoundingRadius(geometry.shape) * turn.norm();
+// How far a geometry within `radius` goes at most by turning about its middle, m; `turn` is that of its body, in the
+// world.
+double TurnedWay(const Geometry& geometry, double radius, const Pose& pose, const Vector3& turn) {
+  if (!IsRound(geometry.shape)) return radius * turn.norm();
   const Vector3 axis = pose.orientation * (geometry.pose_in_entity.orientation * Vector3::UnitZ());
-  return BoundingRadius(geometry.shape) * axis.cross(turn).norm();
+  return radius * axis.cross(turn).norm();
 }
 
 // How far an arc leaves its chord, m.
@@ -64,23 +65,25 @@ class Sweeper {
       const Vector3& place = geometry.pose_in_entity.position;
       const Vector3 translation = place.isZero(0) ? Vector3(end.position - way.start.position)
                                                   : Vector3(end.Transform(place) - way.start.Transform(place));
-      const double unseen = UnseenWay(shape);
+      const double unseen = kUnseenWay * SmallestHalfExtent(shape), radius = BoundingRadius(shape);
       const double arm = (place - CenterOf(way.row)).norm(), bend = Bend(arm, angle);
-      const double radius = std::holds_alternative<Sphere>(shape) ? 0 : BoundingRadius(shape);
-      const bool turns =
-          bend + radius * angle > unseen && bend + (radius > 0 ? TurnedWay(geometry, end, turn) : 0) > unseen;
+      const bool is_sphere = std::holds_alternative<Sphere>(shape);
+      const bool turns = bend + (is_sphere ? 0 : radius * angle) > unseen &&
+                         bend + (is_sphere ? 0 : TurnedWay(geometry, radius, end, turn)) > unseen;
       if (!turns && translation.norm() <= unseen) continue;
       const Placement start = PlacedIn(ToPlacement(way.start), geometry.pose_in_entity);
       Sweep& sweep = sweeps_.emplace_back(Sweep{.way = &way,
                                                 .own = world_.geometry_rows[row][i],
                                                 .geometry = &geometry,
                                                 .start = start,
-                                                .translation = translation});
+                                                .translation = translation,
+                                                .bounds = {},
+                                                .unseen = unseen});
       if (turns) {
-        sweep.reach = arm + BoundingRadius(shape);
+        sweep.reach = arm + radius;
         sweep.bend = bend;
       }
-      const Vector3 around = Vector3::Constant(BoundingRadius(shape) + bend);
+      const Vector3 around = Vector3::Constant(radius + bend);
       const Bounds bounds = turns ? Bounds{start.position - around, start.position + around} : BoundsOf(shape, start);
       sweep.bounds = bounds.Union({bounds.min + translation, bounds.max + translation});
     }
@@ -108,6 +111,7 @@ class Sweeper {
     Placement start;
     Vector3 translation;
     Bounds bounds;          // of all of the way
+    double unseen;          // m, that it may go and pass through nothing that the test at the end would not show
     double reach = 0;       // m, from where its body turns about to all of it; zero: it hardly turns
     double bend = 0;        // m, by which its middle leaves the straight way
     bool is_known = false;  // all that it may meet is in the near pairs
@@ -121,8 +125,8 @@ class Sweeper {
   // How it may meet another one in the time that is left.
   struct Encounter {
     double time;       // s before the end, from when on both go as they do now
-    Placement start;   // where it is then
-    Placement target;  // where the other one is, as it stands now
+    Vector3 start;     // where its middle is then
+    Vector3 target;    // where that of the other one is
     Vector3 relative;  // m, its way past the other one
     double bend;       // m, by which the middle of the other one leaves the straight way
   };
@@ -136,9 +140,6 @@ class Sweeper {
     GeometryRow other;
     bool is_sensor;  // one of the two is
   };
-
-  // So far it may go and pass through nothing that the test at the end would not show, m.
-  static double UnseenWay(const Shape& shape) { return kUnseenWay * SmallestHalfExtent(shape); }
 
   bool IsMoved(EntityRow row) const {
     return world_.active[Index(row)] &&
@@ -211,10 +212,7 @@ class Sweeper {
       }
     }
     if (!is_known) return;
-    for (const NearPairs::Pair& pair : near_.pairs()) {
-      AddKnown(pair.entity_a, pair.a, pair.b, pair.is_sensor);
-      AddKnown(pair.entity_b, pair.b, pair.a, pair.is_sensor);
-    }
+    for (const NearPairs::Pair& pair : near_.pairs()) AddKnown(pair);
   }
 
   // What is long and turns comes near to far fewer than are as near to its middle as its ends.
@@ -268,16 +266,22 @@ class Sweeper {
 
   // What turns, or is thinner.
   bool GoesFirst(uint32_t a, uint32_t b) const {
-    const auto key = [&](uint32_t i) {
-      return std::tuple(!(sweeps_[i].reach > 0), UnseenWay(sweeps_[i].geometry->shape), i);
-    };
+    const auto key = [&](uint32_t i) { return std::tuple(!(sweeps_[i].reach > 0), sweeps_[i].unseen, i); };
     return key(a) < key(b);
   }
 
-  void AddKnown(EntityRow entity, GeometryRow own, GeometryRow other, bool is_sensor) {
-    const std::optional<uint32_t> i = SweepOf(entity, own);
-    if (!i || !sweeps_[*i].is_known) return;
-    if (near_.MayReach(other, sweeps_[*i].bounds)) candidates_.push_back({*i, other, is_sensor});
+  void AddKnown(const NearPairs::Pair& pair) {
+    const std::optional<uint32_t> a = SweepOf(pair.entity_a, pair.a), b = SweepOf(pair.entity_b, pair.b);
+    const bool is_known_a = a && sweeps_[*a].is_known, is_known_b = b && sweeps_[*b].is_known;
+    if (a && b) {
+      if (!(is_known_a || is_known_b) || !sweeps_[*a].bounds.Overlaps(sweeps_[*b].bounds)) return;
+      candidates_.push_back(GoesFirst(*a, *b) ? Candidate{*a, pair.b, pair.is_sensor}
+                                              : Candidate{*b, pair.a, pair.is_sensor});
+    } else if (is_known_a) {
+      if (near_.MayReach(pair.b, sweeps_[*a].bounds)) candidates_.push_back({*a, pair.b, pair.is_sensor});
+    } else if (is_known_b) {
+      if (near_.MayReach(pair.a, sweeps_[*b].bounds)) candidates_.push_back({*b, pair.a, pair.is_sensor});
+    }
   }
 
   std::optional<uint32_t> SweepOf(EntityRow entity, GeometryRow own) const {
@@ -322,20 +326,28 @@ class Sweeper {
 
   Encounter EncounterOf(const Sweep& sweep, EntityRow target, const Geometry& there, double time) const {
     const Vector3 translation = time / sweep.way->time * sweep.translation;
+    const Vector3& place = there.pose_in_entity.position;
     const Pose now = world_.state.pose(target);
     const Vector3 way = time * VelocityOf(target);
-    const Pose before{now.position - way, now.orientation};
-    return {time,
-            {sweep.start.position + (sweep.translation - translation), sweep.start.rotation},
-            PlacedIn(ToPlacement(before), there.pose_in_entity),
-            translation - way,
-            Bend((there.pose_in_entity.position - CenterOf(target)).norm(), time * SpinOf(target).norm())};
+    return {time, sweep.start.position + (sweep.translation - translation),
+            (place.isZero(0) ? now.position : now.Transform(place)) - way, translation - way,
+            Bend((place - CenterOf(target)).norm(), time * SpinOf(target).norm())};
+  }
+
+  static Placement StartOf(const Sweep& sweep, const Encounter& encounter) {
+    return {encounter.start, sweep.start.rotation};
+  }
+
+  // Of the other one, as it stands now.
+  Placement TargetOf(EntityRow target, const Geometry& there, const Encounter& encounter) const {
+    const Placement now = PlacedIn(ToPlacement(world_.state.pose(target)), there.pose_in_entity);
+    return {encounter.target, now.rotation};
   }
 
   // Whether even the spheres around both are apart all the way.
   static bool StaysClear(const Sweep& sweep, const Encounter& encounter, const Geometry& there) {
     const Vector3& relative = encounter.relative;
-    const Vector3 between = encounter.target.position - encounter.start.position;
+    const Vector3 between = encounter.target - encounter.start;
     const double square = relative.squaredNorm();
     const double nearest = square > 0 ? std::clamp(between.dot(relative) / square, 0.0, 1.0) : 0;
     const double reach =
@@ -350,7 +362,7 @@ class Sweeper {
     const auto bounds_at = [&](const Placement& place) { return BoundsOf(there.shape, passage.end.ToLocal(place)); };
     if (SpinOf(target).isZero(0)) {
       const Vector3 way = passage.end.rotation.transpose() * (encounter.time * VelocityOf(target));
-      const Bounds before = bounds_at(encounter.target);
+      const Bounds before = bounds_at(TargetOf(target, there, encounter));
       return is_clear(before.Union(before.Shifted(way)));
     }
     const ImpactMotion others = StraightMotionOf(target);
@@ -376,10 +388,12 @@ class Sweeper {
 
   std::optional<Hit> MeetStraight(const Sweep& sweep, const Encounter& encounter, EntityRow target,
                                   const Geometry& there) const {
-    const auto& [time, start, place, relative, bend] = encounter;
+    const double time = encounter.time;
+    const Vector3& relative = encounter.relative;
     const Shape& shape = sweep.geometry->shape;
     // What goes the same way, like the next links of a chain, is not passed.
-    if (relative.norm() <= UnseenWay(shape)) return std::nullopt;
+    if (relative.norm() <= sweep.unseen) return std::nullopt;
+    const Placement start = StartOf(sweep, encounter), place = TargetOf(target, there, encounter);
     std::optional<ShapeHit> hit = SweepShape(shape, start, relative, there.shape, place);
     if (hit && !(hit->fraction > 0) && !SpinOf(target).isZero(0)) {
       // Before it turned they may have been apart.
@@ -396,12 +410,13 @@ class Sweeper {
                                   const Geometry& there) const {
     if (!(encounter.time < step_size_ || world_.shoved[target])) return std::nullopt;
     Manifold manifold;
-    FindContacts(sweep.geometry->shape, encounter.start, there.shape, encounter.target, 0, manifold);
+    FindContacts(sweep.geometry->shape, StartOf(sweep, encounter), there.shape, TargetOf(target, there, encounter), 0,
+                 manifold);
     std::optional<Hit> hit;
     double deepest = 0;
     for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
       const double way = encounter.relative.dot(point.normal);
-      if (point.depth < deepest || way <= UnseenWay(sweep.geometry->shape)) continue;
+      if (point.depth < deepest || way <= sweep.unseen) continue;
       deepest = point.depth;
       hit = Hit{encounter.time, way / encounter.time, -point.normal};
     }
@@ -417,7 +432,7 @@ class Sweeper {
     const Vector3 between = own.CenterBefore(0) - others.CenterBefore(0);
     const double slip = (own.linear_velocity() - others.linear_velocity() - spin.cross(between)).norm() +
                         (own.angular_velocity() - spin).norm() * sweep.reach;
-    const double unseen = UnseenWay(sweep.geometry->shape);
+    const double unseen = sweep.unseen;
     if (slip * encounter.time <= unseen) return std::nullopt;
     const TurningGeometry mine{own, *sweep.geometry, sweep.reach};
     const TurningGeometry theirs{others, there, IsConvex(there.shape) ? ReachOf(target, there) : 0};
