@@ -40,8 +40,10 @@ void JointStep::VisitPulls(std::span<const JointRow> rows, std::span<const uint3
   for (size_t i = 0; i < mine.size();) {
     const JointRow& first = rows[mine[i]];
     Vector3 impulse = Vector3::Zero();
-    for (; i < mine.size() && rows[mine[i]].b == first.b && rows[mine[i]].point == first.point; ++i) {
+    const size_t end_of_block = i + first.block;
+    for (; i < mine.size(); ++i) {
       const JointRow& row = rows[mine[i]];
+      if (i >= end_of_block && (row.b != first.b || row.point != first.point)) break;
       if (row.kind == JointRow::Kind::kLinear) impulse += row.impulse * row.axis;
     }
     for (const auto& [side, sign] : {std::pair(first.a, -1.0), std::pair(first.b, 1.0)}) {

@@ -92,6 +92,7 @@ void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, s
   const JointRow* last = nullptr;
   uint32_t a = 0, b = 0;
   is_bounded_ = false;
+  int unbounded = 0;  // rows of a block still to come
   for (size_t i = 0; i < mine.size(); ++i) {
     JointRow& row = rows[mine[i]];
     if (last == nullptr || &row != last + 1 || row.a != last->a || row.b != last->b) {
@@ -106,9 +107,15 @@ void RowSolver::Load(std::span<JointRow> rows, std::span<const uint32_t> mine, s
     line.target = row.target;
     line.impulse = 0;
     line.group = static_cast<uint32_t>(groups_.size() - 1);
+    line.place = Place::kInside;
+    if (row.block > 1) unbounded = row.block;
+    if (unbounded > 0) {
+      --unbounded;
+      continue;
+    }
     // A limit mostly has nothing to do, a motor all of it, and what shall push so just that.
     const bool is_given = row.lower == row.upper, is_one_sided = row.lower == 0 || row.upper == 0;
-    line.place = is_given || row.upper == 0 ? Place::kAtUpper : is_one_sided ? Place::kAtLower : Place::kInside;
+    if (is_given || is_one_sided) line.place = is_given || row.upper == 0 ? Place::kAtUpper : Place::kAtLower;
     is_bounded_ |= row.lower != -JointRow::kUnbounded || row.upper != JointRow::kUnbounded;
   }
   changes_.resize(used_.size());

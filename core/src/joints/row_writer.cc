@@ -191,32 +191,37 @@ void RowWriter::LockAt(const Coordinate& coordinate, double position, double ben
   row.target -= bend;
 }
 
-// How fast the body turns the origin of b away per impulse there along each axis of a, along that axis, 1/kg.
+// How fast the body turns the origin of b away per impulse there along x, y and z, along the same, 1/kg.
 Vector3 RowWriter::TurnOfPoint(const JointBody& body) const {
   if (!body.is_movable()) return Vector3::Zero();
   const Vector3 arm = b_.frame.position - body.center;
-  Vector3 turn;
-  for (int i = 0; i < 3; ++i) {
-    const Vector3 torque = arm.cross(axes_.col(i));
-    turn[i] = torque.dot(body.inverse_tensor * torque);
-  }
-  return turn;
+  const Matrix3& inverse = body.inverse_tensor;
+  // Of the torque arm x axis.
+  const auto along = [&](int j, int k) {
+    return arm[k] * arm[k] * inverse(j, j) + arm[j] * arm[j] * inverse(k, k) - 2 * arm[j] * arm[k] * inverse(j, k);
+  };
+  return {along(1, 2), along(2, 0), along(0, 1)};
 }
 
-// The same as Bend() of all three coordinates of the origin of b in a.
+// The same as Bend() of all three coordinates of the origin of b in a, but in the world.
 Vector3 RowWriter::BendOfPoint(const Vector3& offset) {
   if (next_expected_ + 3 > expected_.positions.size()) return Vector3::Zero();
   const Eigen::Map<const Vector3> ahead(&expected_.positions[next_expected_]);
   next_expected_ += 3;
   const Vector3 relative = b_.body->ExpectedAt(b_.frame.position) - a_.body->ExpectedAt(b_.frame.position);
-  return expected_.trust * ((ahead - offset) / step_size_ - axes_.transpose() * relative);
+  return expected_.trust * ((axes_ * ahead - offset) / step_size_ - relative);
 }
 
+// Coordinates are told along the axes of a, and rows are along those of the world, which cost a solver less.
 void RowWriter::LockPoint() {
-  const Vector3 offset = Offset();
-  if (positions_ != nullptr) return (void)positions_->insert(positions_->end(), offset.begin(), offset.end());
+  if (positions_ != nullptr) {
+    const Vector3 along = Offset();
+    positions_->insert(positions_->end(), along.begin(), along.end());
+    return;
+  }
   if (rows_ == nullptr) return;
   const JointBody &a = *a_.body, &b = *b_.body;
+  const Vector3 offset = b_.frame.position - a_.frame.position;
   const Vector3 turn_a = TurnOfPoint(a), turn_b = TurnOfPoint(b);
   const double push = a.inverse_mass + b.inverse_mass, most = push + (turn_a + turn_b).maxCoeff();
   // Who is harder to turn in this step has no more energy for making up for errors.
@@ -228,12 +233,10 @@ void RowWriter::LockPoint() {
     target[i] -= std::copysign(speed, offset[i]);
     repair += RepairAt(speed, false, own[i]);
   }
-  // The same three equations along the axes of the world, which cost a solver less.
-  const Vector3 along = axes_ * target;
   for (int i = 0; i < 3; ++i) {
     JointRow& row = AddRow(JointRow::Kind::kLinear, Vector3::Unit(i));
     row.softness = kLeastSoftness * most;
-    row.target = along[i];
+    row.target = target[i];
   }
   JointRow& first = *(rows_->end() - 3);
   first.block = 3;
