@@ -40,13 +40,42 @@ bool Restraint::IsMovedByOthers(EntityRow row) const {
   return row != kWorldRow && world_.active[Index(row)] && !world_.scene.entities[Index(row)]->traits.is_dynamic;
 }
 
+// Marks the islands whose energy is nobody's to say.
+void Restraint::FindOpen(std::span<const JointRow> rows) {
+  const Islands& islands = world_.joints.islands();
+  for (const Mover& mover : world_.movers) {
+    const uint32_t island = islands.IslandOf(mover.row);
+    if (island == Islands::kNone || energies_[island].is_open) continue;
+    // What the bend of its way takes and gives is evened out.
+    energies_[island].is_open = world_.joints.IsFollowed(mover.row);
+  }
+  const auto open = [&](EntityRow a, EntityRow b) {
+    const uint32_t island = islands.IslandOf(a, b);
+    if (island != Islands::kNone) energies_[island].is_open = true;
+  };
+  EntityRow a = kWorldRow, b = kWorldRow;
+  for (const JointRow& row : rows) {
+    // Rows of a joint follow each other.
+    if (row.a == a && row.b == b) continue;
+    a = row.a;
+    b = row.b;
+    if (IsMovedByOthers(a) || IsMovedByOthers(b)) open(a, b);
+  }
+  for (const ContactPair& pair : world_.contacts.pairs) {
+    const bool is_run = world_.rule.Runs(pair.geometry_a) || world_.rule.Runs(pair.geometry_b);
+    if (is_run || IsMovedByOthers(pair.entity_a) || IsMovedByOthers(pair.entity_b)) open(pair.entity_a, pair.entity_b);
+  }
+}
+
 void Restraint::FindEnergies(std::span<const JointRow> rows) {
   const Islands& islands = world_.joints.islands();
   energies_.assign(islands.islands().size(), {});
+  FindOpen(rows);
+  if (std::ranges::all_of(energies_, &SolveEnergy::is_open)) return;
   world_.joints.AllowWork(step_size_, rows, energies_);
   for (const Mover& mover : world_.movers) {
     const uint32_t island = islands.IslandOf(mover.row);
-    if (island == Islands::kNone || islands.islands()[island].joint_rows == 0) continue;
+    if (island == Islands::kNone || energies_[island].is_open || islands.islands()[island].joint_rows == 0) continue;
     const double mass = MassOf(mover.row).mass;
     const Matrix3& tensor = mover.turned.tensor;
     const Vector3 gained = world_.state.linear_velocities.col(Index(mover.row)) - mover.linear_given;
@@ -55,19 +84,6 @@ void Restraint::FindEnergies(std::span<const JointRow> rows) {
     energy.first += mass * mover.linear_given.dot(gained) + mover.spin_given.dot(tensor * turned);
     energy.second += (mass * gained.squaredNorm() + Square(tensor, turned)) / 2;
     energy.allowed += WorkOwed(mover, turned) + WorkBegun(mover, gained, energy.bend);
-    // What the bend of its way takes and gives is evened out.
-    energy.is_open |= world_.joints.IsFollowed(mover.row);
-  }
-  const auto open = [&](EntityRow a, EntityRow b) {
-    const uint32_t island = islands.IslandOf(a, b);
-    if (island != Islands::kNone) energies_[island].is_open = true;
-  };
-  for (const JointRow& row : rows) {
-    if (IsMovedByOthers(row.a) || IsMovedByOthers(row.b)) open(row.a, row.b);
-  }
-  for (const ContactPair& pair : world_.contacts.pairs) {
-    const bool is_run = world_.rule.Runs(pair.geometry_a) || world_.rule.Runs(pair.geometry_b);
-    if (is_run || IsMovedByOthers(pair.entity_a) || IsMovedByOthers(pair.entity_b)) open(pair.entity_a, pair.entity_b);
   }
 }
 

@@ -60,6 +60,7 @@ class Restraint {
 
   bool IsMovedByOthers(EntityRow row) const;
   const MassProperties& MassOf(EntityRow row) const { return world_.scene.entities[Index(row)]->mass; }
+  void FindOpen(std::span<const JointRow> rows);
   void FindEnergies(std::span<const JointRow> rows);
   double WorkBegun(const Mover& mover, const Vector3& gained, double bend_most) const;
   void FindBodies();
