@@ -1,9 +1,7 @@
 #include "motion/field_forces.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "motion/spring_forces.h"
 #include "shapes/submersion.h"
@@ -16,23 +14,6 @@ Bounds BoundsOf(const Region& region) {
 }
 
 bool Resists(const DragField& drag) { return drag.linear > 0 || drag.quadratic > 0 || drag.angular > 0; }
-
-// The solution of m v' = -(linear + quadratic |v|) v after `h` seconds: its direction stays, and 1 / speed obeys a
-// linear equation (the substitution of Bernoulli).
-double Slowed(double speed, double mass, double linear, double quadratic, double h) {
-  const double rate = linear / mass, bend = quadratic * speed / mass;
-  // (1 - exp(-x)) / x, which has no digits left as it stands when x is small.
-  const double mean = rate * h > 0 ? -std::expm1(-rate * h) / (rate * h) : 1;
-  return speed * std::exp(-rate * h) / (1 + bend * h * mean);
-}
-
-// The solution of L' = -angular I^-1 L after `h` seconds: along each principal axis by its own exponential.
-Vector3 SlowedMomentum(const Vector3& momentum, double angular, const Matrix3& inverse_tensor, double h) {
-  Eigen::SelfAdjointEigenSolver<Matrix3> principal;
-  principal.computeDirect(inverse_tensor);
-  const Vector3 left = (-h * angular * principal.eigenvalues().array()).exp();
-  return principal.eigenvectors() * left.cwiseProduct(principal.eigenvectors().transpose() * momentum);
-}
 
 }  // namespace
 
@@ -149,54 +130,17 @@ SpringEnd FieldForces::EndOf(EntityId id, const Vector3& point) const {
   return end;
 }
 
-void FieldForces::Drag(EntityRow row, double h, const Matrix3& inverse_tensor, const Vector3& held, Vector3& velocity,
-                       Vector3& momentum) const {
-  const auto slow = [&](const DragField& drag, double part) {
-    const Vector3 relative = velocity + held - drag.medium_velocity;
-    const double speed = relative.norm();
-    if (speed > 0) {
-      const double slowed = Slowed(speed, entity(row).mass.mass, part * drag.linear, part * drag.quadratic, h);
-      velocity += relative * (slowed / speed - 1);
-    }
-    if (drag.angular > 0) momentum = SlowedMomentum(momentum, part * drag.angular, inverse_tensor, h);
-  };
-  VisitDrag(row, slow);
-}
-
-FieldForces::Resistance FieldForces::ResistanceTo(EntityRow row, const Vector3& velocity) const {
-  Resistance sum;
-  VisitDrag(row, [&](const DragField& drag, double part) {
-    const double speed = (velocity - drag.medium_velocity).norm();
-    const double rate = part * (drag.linear + drag.quadratic * speed) / entity(row).mass.mass;
-    sum.rate += rate;
-    sum.flow += rate * drag.medium_velocity;
-  });
+Resistance FieldForces::ResistanceOf(EntityRow row, const Matrix3& inverse_tensor) const {
+  const SceneEntity& slowed = entity(row);
+  Resistance sum(slowed.mass.mass, inverse_tensor, slowed.traits.linear_damping, slowed.traits.angular_damping);
+  VisitDrag(row, [&](const DragField& drag, double part) { sum.Add(drag, part); });
   return sum;
 }
 
-// What is pushed through a medium comes to the speed at which both are in balance. With more than this part of a
-// velocity taken in the time, pushes and drag in turns would not find it: with 0.14 of it the speed is 0.26 % off, with
-// 0.8 6 %.
-std::optional<Vector3> FieldForces::Driven(EntityRow row, double damping, double time, const Vector3& velocity,
-                                           const Vector3& acceleration) const {
-  constexpr double kMuch = 0.2;
-  constexpr int kRoundsMax = 50;
-  constexpr double kFound = 1e-12;
-  const Resistance pushed = ResistanceTo(row, velocity + time * acceleration);
-  double rate = damping + pushed.rate;
-  if (!(rate * time > kMuch)) return std::nullopt;
-  Vector3 balanced = (pushed.flow + acceleration) / rate;
-  // The mean of what resists at one guess and at the next is right at once where drag goes with the square of speed.
-  for (int i = 0; i < kRoundsMax; ++i) {
-    const Resistance resistance = ResistanceTo(row, balanced);
-    const double now = damping + resistance.rate;
-    if (now == 0) return std::nullopt;
-    const double before = std::exchange(rate, std::sqrt(rate * now));
-    balanced = resistance.flow / now + acceleration / rate;
-    if (std::abs(rate - before) <= kFound * rate) break;
-  }
-  const double slows = std::max(rate, damping + ResistanceTo(row, velocity).rate);
-  return balanced + std::exp(-slows * time) * (velocity - balanced);
+bool FieldForces::IsInMedium(EntityRow row) const {
+  bool is_any = false;
+  VisitDrag(row, [&](const DragField& drag, double part) { is_any |= part > 0 && Resists(drag); });
+  return is_any;
 }
 
 template <typename Visit>

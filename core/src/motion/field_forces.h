@@ -1,5 +1,4 @@
 #pragma once
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -7,6 +6,7 @@
 #include "genphys/row_marks.h"
 #include "genphys/scene.h"
 #include "genphys/state.h"
+#include "motion/resistance.h"
 #include "motion/spring_forces.h"
 
 namespace genphys {
@@ -29,26 +29,15 @@ class FieldForces {
   };
   Reach reach() const;
 
-  /// Adds what acts on `rows` (dynamic) over a substep of `h` seconds to `wrenches`, but for drag.
+  /// Adds what acts on `rows` (dynamic) over a substep of `h` seconds to `wrenches`, but for what resists them.
   void Add(const std::vector<EntityRow>& rows, double h, RowValues<Wrench>& wrenches) const;
 
-  /// Takes from a velocity (m/s) and an angular momentum (N*m*s) what drag takes in `h` seconds. `inverse_tensor` is in
-  /// world axes. In the middle of that time it is by `held` (m/s) faster, for what holds it pushes it by as much.
-  void Drag(EntityRow row, double h, const Matrix3& inverse_tensor, const Vector3& held, Vector3& velocity,
-            Vector3& momentum) const;
-
-  /// The velocity that `velocity` becomes in `time` seconds by a steady `acceleration`, by drag and by `damping` (1/s),
-  /// where these take much of it in that time. Nothing otherwise: pushes and drag may be taken in turns then.
-  std::optional<Vector3> Driven(EntityRow row, double damping, double time, const Vector3& velocity,
-                                const Vector3& acceleration) const;
+  /// All that resists an entity where it is. `inverse_tensor`, in world axes, outlives it.
+  Resistance ResistanceOf(EntityRow row, const Matrix3& inverse_tensor) const;
+  /// Whether a medium is among that.
+  bool IsInMedium(EntityRow row) const;
 
  private:
-  // v' = flow - rate v, 1/s and m/s^2: how the media resist a velocity.
-  struct Resistance {
-    double rate = 0;
-    Vector3 flow = Vector3::Zero();
-  };
-  Resistance ResistanceTo(EntityRow row, const Vector3& velocity) const;
   // Calls visit(drag, part) for each that acts on the entity, `part` of which is in the medium.
   template <typename Visit>
   void VisitDrag(EntityRow row, Visit visit) const;

@@ -221,18 +221,17 @@ void StepRun::KickMover(Mover& mover, double h) {
   const Push late = AddSample(mover);
   // Up to the boundary by what is owed, and on to the middle of this substep by what acts now.
   const HalfStep& half = world_.layer_.half_steps[row];
-  Vector3 linear =
-      state_.linear_velocities.col(row) + half.steady_kick + mover.past * mover.field.acceleration + late.acceleration;
-  mover.twist = half.steady_twist + mover.past * mover.field.torque + late.torque;
-  mover.momentum += mover.yield * mover.twist;
-  Brake(mover, mover.past + h / 2, linear, mover.momentum);
-  const Vector3 outside = mover.steady.acceleration + mover.field.acceleration;
-  linear += h / 2 * outside;
-  linear = DrivenOr(linear, mover.row, mover.past + h / 2, state_.linear_velocities.col(row), outside);
   const Vector3 forward = h / 2 * (mover.steady.torque + mover.field.torque);
-  mover.momentum += mover.yield * forward;
-  mover.twist += forward;
-  mover.linear_given = Limited(linear, traits.linear_speed_max);
+  mover.twist = half.steady_twist + mover.past * mover.field.torque + late.torque + forward;
+  const Vector3 pushed = half.steady_kick + mover.past * mover.field.acceleration + late.acceleration +
+                         h / 2 * (mover.steady.acceleration + mover.field.acceleration);
+  // What holds it gives as much more for the time to come as that is longer than the time it was owed for.
+  const double time = mover.past + h / 2, times = mover.past > 0 ? time / mover.past : 0;
+  const Motion motion =
+      Slowed(mover, time, {state_.linear_velocities.col(row), mover.momentum}, {pushed, mover.yield * mover.twist},
+             {times * half.held_velocity, times * half.held_momentum});
+  mover.momentum = motion.momentum;
+  mover.linear_given = Limited(motion.linear, traits.linear_speed_max);
   state_.linear_velocities.col(row) = mover.linear_given;
 
   Vector3 spin = mover.turned.inverse * mover.momentum;
@@ -259,22 +258,16 @@ void StepRun::KickMover(Mover& mover, double h) {
   state_.angular_velocities.col(row) = mover.spin_given;
 }
 
-// What media resist so much that they leave nothing of how it was pushed.
-Vector3 StepRun::DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
-                          const Vector3& acceleration) const {
-  if (fields_.empty()) return pushed;
-  const double damping = world_.scene_.entities[Index(row)]->traits.linear_damping;
-  return fields_.Driven(row, damping, time, velocity, acceleration).value_or(pushed);
-}
-
-void StepRun::Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const {
+// How it goes once pushes and what resists it acted for `time`. `given`: by what holds it, which is not counted in.
+Motion StepRun::Slowed(const Mover& mover, double time, const Motion& before, const Motion& pushed,
+                       const Motion& given) const {
   const BodyTraits& traits = world_.scene_.entities[Index(mover.row)]->traits;
-  if (traits.linear_damping > 0) linear *= std::exp(-traits.linear_damping * time);
-  if (traits.angular_damping > 0) momentum *= std::exp(-traits.angular_damping * time);
-  if (fields_.empty()) return;
-  const HalfStep& half = world_.layer_.half_steps[Index(mover.row)];
-  const Vector3 held = mover.past > 0 ? half.held_velocity : Vector3(Vector3::Zero());
-  fields_.Drag(mover.row, time, mover.turned.inverse, held, linear, momentum);
+  const bool may_resist = traits.linear_damping > 0 || traits.angular_damping > 0 || !fields_.empty();
+  if (may_resist) {
+    const Resistance resistance = fields_.ResistanceOf(mover.row, mover.turned.inverse);
+    if (!resistance.empty()) return resistance.Slowed(time, before, pushed, given);
+  }
+  return {before.linear + pushed.linear, before.momentum + pushed.momentum};
 }
 
 // Whether nothing but locked axes took part in what it gained, and in the momentum by which it was turned.
@@ -380,12 +373,12 @@ void StepRun::EndMover(Mover& mover, double h) {
   const Push pull = FieldPush(mover.row);
   const Vector3 acceleration = mover.field.acceleration + (pull.acceleration - mover.pull.acceleration);
   const Vector3 torque = mover.field.torque + (pull.torque - mover.pull.torque);
-  Vector3 linear = half.velocity + half.steady_kick + h / 2 * acceleration;
-  Vector3 momentum = half.momentum + mover.yield * (half.steady_twist + h / 2 * torque);
-  Brake(mover, h / 2, linear, momentum);
-  linear = DrivenOr(linear, mover.row, h / 2, half.velocity, steady.acceleration + acceleration);
-  state_.linear_velocities.col(row) = Limited(linear + half.held_velocity, traits.linear_speed_max);
-  const Vector3 spin = mover.turned.inverse * (momentum + half.held_momentum);
+  const Motion motion =
+      Slowed(mover, h / 2, {half.velocity, half.momentum},
+             {half.steady_kick + h / 2 * acceleration, mover.yield * (half.steady_twist + h / 2 * torque)},
+             {half.held_velocity, half.held_momentum});
+  state_.linear_velocities.col(row) = Limited(motion.linear + half.held_velocity, traits.linear_speed_max);
+  const Vector3 spin = mover.turned.inverse * (motion.momentum + half.held_momentum);
   state_.angular_velocities.col(row) = Limited(spin, traits.angular_speed_max);
   if (half.in_flight) NoteTurn(mover.row, steady.acceleration + pull.acceleration);
 }

@@ -40,14 +40,12 @@ void StepRun::LeaveLimits(double h) {
 // With what media do to it, which goes by how fast it is.
 Push StepRun::BrakedPush(EntityRow row, double h, const Vector3& velocity, const Vector3& momentum) const {
   const double glance = kGlance * h;
-  const auto& [id, desc, mass, traits] = *world_.scene_.entities[Index(row)];
-  Vector3 slowed = std::exp(-traits.linear_damping * glance) * velocity;
-  Vector3 slowed_momentum = std::exp(-traits.angular_damping * glance) * momentum;
-  const Matrix3 inverse = WorldTensor(state_.pose(row).orientation, mass.inverse_tensor);
-  if (!fields_.empty()) fields_.Drag(row, glance, inverse, Vector3::Zero(), slowed, slowed_momentum);
+  const Matrix3& own = world_.scene_.entities[Index(row)]->mass.inverse_tensor;
+  const Matrix3 inverse = WorldTensor(state_.pose(row).orientation, own);
+  const Motion slowed = fields_.ResistanceOf(row, inverse).Slowed(glance, {velocity, momentum}, {}, {});
   Push push = WholePush(row);
-  push.acceleration += (slowed - velocity) / glance;
-  push.torque += (slowed_momentum - momentum) / glance;
+  push.acceleration += (slowed.linear - velocity) / glance;
+  push.torque += (slowed.momentum - momentum) / glance;
   return push;
 }
 
@@ -59,10 +57,11 @@ void StepRun::Lead(const JointStep::Led& led, double h) {
   const Matrix3 tensor = WorldTensor(state_.pose(led.row).orientation, mass.tensor);
   const Vector3 momentum = tensor * state_.angular_velocities.col(row), velocity = state_.linear_velocities.col(row);
   const Vector3 held_velocity = h / 2 * led.held_rate, held_momentum = h / 2 * led.held_torque;
-  half.velocity += std::exp(traits.linear_damping * h / 2) *
-                   ((led.linear_velocity - held_velocity) - (velocity - half.held_velocity));
-  half.momentum +=
-      std::exp(traits.angular_damping * h / 2) * ((led.momentum - held_momentum) - (momentum - half.held_momentum));
+  const double taken = traits.linear_damping * h / 2, taken_of_spin = traits.angular_damping * h / 2;
+  const Vector3 gained = (led.linear_velocity - velocity) - MeanLeft(taken) * (held_velocity - half.held_velocity);
+  const Vector3 turned = (led.momentum - momentum) - MeanLeft(taken_of_spin) * (held_momentum - half.held_momentum);
+  half.velocity += std::exp(taken) * gained;
+  half.momentum += std::exp(taken_of_spin) * turned;
   half.held_velocity = held_velocity;
   half.held_momentum = held_momentum;
   half.held_rate = led.held_rate;
@@ -71,11 +70,8 @@ void StepRun::Lead(const JointStep::Led& led, double h) {
   state_.linear_velocities.col(row) = led.linear_velocity;
   const Matrix3 inverse = WorldTensor(led.pose.orientation, mass.inverse_tensor);
   state_.angular_velocities.col(row) = inverse * led.momentum;
-  if (fields_.empty()) return;
   // How fast it would have been is not told where media slow it down.
-  Vector3 slowed = led.linear_velocity, slowed_momentum = led.momentum;
-  fields_.Drag(led.row, h, inverse, Vector3::Zero(), slowed, slowed_momentum);
-  if (slowed != led.linear_velocity || slowed_momentum != led.momentum) half.Restart();
+  if (fields_.IsInMedium(led.row)) half.Restart();
 }
 
 }  // namespace genphys

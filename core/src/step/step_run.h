@@ -122,8 +122,6 @@ class StepRun {
   void GatherFields(double h);
   Push SteadyPush(EntityRow row) const;
   Push FieldPush(EntityRow row) const;
-  Vector3 DrivenOr(const Vector3& pushed, EntityRow row, double time, const Vector3& velocity,
-                   const Vector3& acceleration) const;
   Pose LedFrom(EntityRow row, double time) const;
   bool WakeSwept(std::span<const SweptPair> swept);
   bool IsUntouched(const Mover& mover, Vector3 gained, Vector3 turned) const;
@@ -133,7 +131,7 @@ class StepRun {
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);
   void TakeTensors(Mover& mover) const;
-  void Brake(const Mover& mover, double time, Vector3& linear, Vector3& momentum) const;
+  Motion Slowed(const Mover& mover, double time, const Motion& before, const Motion& pushed, const Motion& given) const;
   void HoldOver(const Mover& mover, double h, const Vector3& gained, const Vector3& turned);
   void EndMover(Mover& mover, double h);
   void KeepEarned(Mover& mover, double h, const Vector3& turned);
