@@ -27,6 +27,15 @@ bool ImpactPast::WereTouching(const EntityPair& entities) const {
   return known != world_.layer.touching.end() && known->pair == entities;
 }
 
+double ImpactPast::PressedApart(const ContactPair& pair) const {
+  const auto give_of = [&](EntityRow row) {
+    return IsMovable(row) ? 1 / world_.scene.entities[Index(row)]->mass.mass : 0.0;
+  };
+  double impulse = 0;
+  for (const ContactPoint& point : PointsOf(world_.solved, pair)) impulse += point.normal_impulse;
+  return impulse * (give_of(pair.entity_a) + give_of(pair.entity_b));
+}
+
 bool ImpactPast::WerePressed(const EntityPair& entities) const {
   const auto ids = [&](const ContactPair& pair) {
     return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
@@ -34,7 +43,7 @@ bool ImpactPast::WerePressed(const EntityPair& entities) const {
   const std::vector<ContactPair>& solved = world_.solved.pairs;
   for (auto pair = solved_search_.LowerBound(solved, entities, ids); pair != solved.end(); ++pair) {
     if (ids(*pair) != entities) return false;
-    if (HasPressed(world_.solved, *pair)) return true;
+    if (PressedApart(*pair) > ImpactSpeed::kMin) return true;
   }
   return false;
 }

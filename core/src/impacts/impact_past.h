@@ -32,7 +32,8 @@ class ImpactPast {
   double FreeSince(const ContactPair& pair) const;
   /// When the step began.
   bool WereTouching(const EntityPair& entities) const;
-  /// Against each other, in the last solve.
+  /// Against each other, in the last solve. Not who only touch, whom rounding and errors that are made up for press a
+  /// little: by no more than is no impact either.
   bool WerePressed(const EntityPair& entities) const;
 
   /// The way of one that was hit in this substep and put elsewhere, or null.
@@ -54,6 +55,8 @@ class ImpactPast {
                    double gap, Manifold& manifold) const;
 
  private:
+  // m/s, by which what the last solve pressed a pair of that by would move the two apart, were they alone.
+  double PressedApart(const ContactPair& pair) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
 
   const ImpactWorld& world_;
