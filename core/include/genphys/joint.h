@@ -167,6 +167,9 @@ struct JointState {
 /// The axes of `kind` that may have a motor and are there, in the order in which its motors count.
 std::vector<JointAxis*> AxesOf(JointKind& kind);
 
+/// The coordinates of these axes, as kJointCoordinates lists them, in the same order.
+std::vector<uint8_t> PlacesOf(const JointKind& kind);
+
 /// The first motor of `kind`, or null.
 Motor* FirstMotor(JointKind& kind);
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,21 @@ struct SampledForce {
   EntityId id;
   Vector3 force = Vector3::Zero();   // N
   Vector3 torque = Vector3::Zero();  // N*m
+};
+
+/// What drove a coordinate of a joint until it was told otherwise, since the last step.
+struct FormerDrive {
+  JointId id;
+  uint8_t place = 0;  // as kJointCoordinates lists them
+  std::optional<Motor> motor;
+  std::optional<Spring> spring;
+};
+
+/// Where the frames of a joint were that locks nothing there, likewise.
+struct FormerFrames {
+  JointId id;
+  Pose in_a;
+  Pose in_b;
 };
 
 /// How somebody who fell asleep was held by another entity at its last solve.
@@ -143,6 +159,8 @@ struct LayerState {
   std::map<EntityId, Passage> passages;
   IdAllocator joint_ids;
   std::vector<JointState> joints;                    // by slot of the joint's id: what it held, and its full turns
+  std::vector<FormerDrive> former_drives;            // in order of command: the first of a coordinate counts
+  std::vector<FormerFrames> former_frames;           // the same of each joint
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
   std::vector<HalfStep> half_steps;                  // by row
   double last_substep = 0;                           // s

@@ -191,6 +191,10 @@ class World {
   void UnsettleJoined(const JointDesc& joint);
   void RestartJoined(const JointDesc& joint);
   void RestartDriven(const JointDesc& joint);
+  void DrawJoined(const JointDesc& joint);
+  void DriveOtherwise(JointId id, const JointDesc& joint, const JointKind& kind);
+  void LeaveFrames(JointId id, const JointDesc& joint);
+  void NoteDrive(JointId id, uint8_t place, const JointAxis& before, const JointAxis& after);
 
   // Engine and activity (world.cc).
   void RebuildEngine();

@@ -45,7 +45,8 @@ struct JointBody {
   Vector3 flow = Vector3::Zero();
   bool is_followed = false;
   bool begins = false;   // it begins anew or was hit, perhaps otherwise than others move
-  bool goes_on = false;  // it does not, although from the boundary on something else acts on it from outside
+  bool goes_on = false;  // it does not, although from the boundary on something else acts on it
+  bool is_late = false;  // a drive on it that is told otherwise is too stiff for the step
 
   bool is_movable() const { return inverse_mass > 0; }
   Vector3 VelocityAt(const Vector3& point) const { return linear_velocity + angular_velocity.cross(point - center); }

@@ -14,6 +14,10 @@ namespace {
 // rad in a substep: from the rates of who turns farther rows cannot tell where it comes to.
 constexpr double kToldTurn = 1;
 
+Pose Between(const Pose& from, const Pose& to, double part) {
+  return {from.position + part * (to.position - from.position), from.orientation.slerp(part, to.orientation)};
+}
+
 double Fade(double value, double full, double none) { return std::clamp((none - value) / (none - full), 0.0, 1.0); }
 
 }  // namespace
@@ -69,6 +73,7 @@ void JointStep::Start(RowMarks& jointed) {
   for (const Held& held : held_) is_held_[held.slot] = false;
   held_.clear();
   is_held_.resize(scene_.joints.size());
+  former_.Take(layer_, scene_);
   rows_.clear();
   owners_.clear();
 }
@@ -140,7 +145,7 @@ void JointStep::Load(JointBody& body, double h) const {
   body.factor = body.expected_factor = 1;
   body.pull.setZero();
   body.swing = body.pulled = 0;
-  body.is_followed = false;
+  body.is_followed = body.is_late = false;
   body.interval = body.spin_most = std::numeric_limits<double>::infinity();
   const bool is_dynamic = rigid && rigid->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !active_[row]) {
@@ -252,18 +257,33 @@ double JointStep::TrustInPulls(const Held& held) const {
 }
 
 void JointStep::WriteRowsOf(Held& held, double h, double trust, std::vector<JointRow>& rows) {
-  const JointDesc& desc = scene_.joints[held.slot]->desc;
-  const JointBody &body_a = bodies_[held.a], &body_b = bodies_[held.b];
-  const JointSide a = JointSide::Now(body_a, *desc.frame_in_a), b = JointSide::Now(body_b, *desc.frame_in_b);
+  const SceneJoint& joint = *scene_.joints[held.slot];
+  JointState& state = layer_.joints[held.slot];
+  JointBody &body_a = bodies_[held.a], &body_b = bodies_[held.b];
+  Pose in_a = *joint.desc.frame_in_a, in_b = *joint.desc.frame_in_b;
+  told_.clear();
+  if (const FormerFrames* const former = former_.FramesOf(joint.id)) {
+    const JointSide a = JointSide::Now(body_a, in_a), b = JointSide::Now(body_b, in_b);
+    JointState told = state;
+    RowWriter noting(a, b, 0, {}, told, nullptr, {});
+    std::visit([&](const auto& kind) { WriteRows(kind, noting); }, joint.desc.kind);
+    told_.assign(told.positions.begin(), told.positions.end());
+    const double part = PastPart(std::min(body_a.interval, body_b.interval), h);
+    in_a = Between(in_a, former->in_a, part);
+    in_b = Between(in_b, former->in_b, part);
+  }
+  const JointSide a = JointSide::Now(body_a, in_a), b = JointSide::Now(body_b, in_b);
   expected_.clear();
   if (trust > 0) {
     const JointSide a_ahead = a.Ahead(), b_ahead = b.Ahead();
-    RowWriter ahead(a_ahead, b_ahead, layer_.joints[held.slot], expected_);
-    std::visit([&](const auto& joint) { WriteRows(joint, ahead); }, desc.kind);
+    RowWriter ahead(a_ahead, b_ahead, state, expected_);
+    std::visit([&](const auto& kind) { WriteRows(kind, ahead); }, joint.desc.kind);
   }
-  RowWriter writer(a, b, h, held.correction, layer_.joints[held.slot], &rows, {expected_, trust});
-  std::visit([&](const auto& joint) { WriteRows(joint, writer); }, desc.kind);
+  RowWriter writer(a, b, h, held.correction, state, &rows, {expected_, trust}, {former_.DrivesOf(joint.id), told_});
+  std::visit([&](const auto& kind) { WriteRows(kind, writer); }, joint.desc.kind);
   held.share = h / writer.interval();
+  // What a step does not resolve is where it is told to be at its end, and gives no mean.
+  if (writer.is_late()) body_a.is_late = body_b.is_late = true;
 }
 
 std::vector<JointRow>& JointStep::Write(double h) {
@@ -287,6 +307,7 @@ void JointStep::Take(double h) {
     return row == kWorldRow ? Vector3(Vector3::Zero()) : Vector3(state_.angular_velocities.col(Index(row)));
   };
   for (Held& held : held_) held.BeginSubstep();
+  former_.Clear();
   for (size_t i = 0; i < owners_.size(); ++i) {
     const JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];

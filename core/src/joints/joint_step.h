@@ -14,6 +14,7 @@
 #include "genphys/scene.h"
 #include "genphys/state.h"
 #include "genphys/stepper.h"
+#include "joints/former_joints.h"
 #include "joints/joint_body.h"
 #include "joints/row_solver.h"
 #include "joints/row_writer.h"
@@ -54,12 +55,13 @@ class JointStep {
   /// Tells how a movable body is turned at the start of the substep that Begin() comes to.
   void SetTensors(EntityRow row, const TurnedTensors& turned);
 
-  /// Tells what torques of the substep add to the spin (rad/s) of a body that joints hold, and the angular momentum
-  /// that it has with that.
+  /// Tells what torques of the substep add to the spin (rad/s) of a body on joints, and its angular momentum with that.
   void Kick(EntityRow row, const Vector3& spin, const Vector3& momentum, bool goes_on);
 
   /// The body as joints hold it in this substep, or null.
   const JointBody* Find(EntityRow row) const;
+  /// Whether a joint on it was told otherwise, and goes on to the boundary as it did.
+  bool IsDrivenOtherwise(EntityRow row) const { return former_.Concern(row); }
 
   /// The bodies that are harder to turn in this substep.
   std::span<const InertiaScale> scales() const { return scales_; }
@@ -277,9 +279,10 @@ class JointStep {
   std::vector<uint32_t> body_of_;     // by row; zero: no joint holds it
   std::vector<uint8_t> is_held_;      // by slot
   std::vector<Held> held_;            // in order of slots, once a substep begins
+  FormerJoints former_;               // in the first substep
   std::vector<JointRow> rows_;
-  std::vector<uint32_t> owners_;  // of rows_, in held_
-  std::vector<double> expected_;  // scratch
+  std::vector<uint32_t> owners_;         // of rows_, in held_
+  std::vector<double> expected_, told_;  // scratch
   std::vector<InertiaScale> scales_;
   Islands islands_;
   RowSolver solver_;

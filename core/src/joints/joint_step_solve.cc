@@ -207,6 +207,10 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
     state_.linear_velocities.col(Index(body.row)) = body.linear_velocity;
     state_.angular_velocities.col(Index(body.row)) = body.is_followed ? body.flow : body.angular_velocity;
   }
+  for (const JointBody& body : bodies()) {
+    const uint32_t island = body.is_late && body.is_movable() ? islands_.IslandOf(body.row) : Islands::kNone;
+    if (island != Islands::kNone) gives_mean_[island] = false;
+  }
   if (left_.size() == rows.size()) return rows;
   std::sort(left_.begin(), left_.end());
   for (const uint32_t i : left_) left_rows_.push_back(rows[i]);

@@ -18,21 +18,12 @@ constexpr double kCorrectionSpinMax = 20;  // rad/s, as kCorrectionSpeedMax
 // What making up for errors may give to what would else stand still.
 constexpr double kQuietSpeed = 0.3;  // m/s
 constexpr double kQuietSpin = 0.5;   // rad/s
-// Softness of a hard row, of its own mobility. Where rows say the same thing twice a direct solver divides by what is
-// left; what hangs on such a row gives way by 1e-8 of what it would fall.
-constexpr double kLeastSoftness = 1e-8;
 // What comes to a limit no faster only comes to rest there: and this part of what it is sped up by in the substep.
 constexpr double kLeastReachSpeed = 1e-3;  // m/s
 constexpr double kLeastReachSpin = 1e-3;   // rad/s
 constexpr double kShortestReach = 0.25;
 // m/s or rad/s: a limit that could only be reached faster than this within the step is left out.
 constexpr double kLimitHorizon = 200;
-// Of its own mobility: a row that is softer moves nothing by as much as a rounding error.
-constexpr double kMostSoftness = 1e18;
-constexpr double kLeastImpulse = 1e-290;
-// (rad per step)^2 of a spring alone on what it holds, or the part of a velocity that its damper takes in a step: from
-// where on a step resolves it no more, and from where on not at all.
-constexpr double kResolvedPace = 1, kUnresolvedPace = 4;
 constexpr double kTurn = 2 * std::numbers::pi;
 
 // The rotation vector of `q`, rad, the short way round.
@@ -288,9 +279,7 @@ void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
     return;
   }
   WriteLimits(coordinate, axis.limits, bend);
-  if (axis.motor) WriteMotor(coordinate, *axis.motor, axis.limits);
-  if (!axis.spring) return;
-  WriteSoft(coordinate, axis.spring->stiffness, axis.spring->damping, axis.spring->rest, 0, JointRow::kUnbounded);
+  WriteDrives(coordinate, axis);
 }
 
 void RowWriter::CountTurns(size_t place, double position) {
@@ -336,58 +325,6 @@ void RowWriter::Reach(const Coordinate& coordinate, double gap, double bend, Joi
   row.leaving = std::max(-pull, 0.0) * (h - time);
   // By the end it has gone so far from the limit.
   row.target -= side * row.leaving * (h - time) / 2 / h;
-}
-
-void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits) {
-  const double force_max = motor.force_max.value_or(JointRow::kUnbounded);
-  if (motor.target_position) {
-    return WriteSoft(coordinate, motor.stiffness, motor.damping, *motor.target_position, motor.target_velocity,
-                     force_max);
-  }
-  if (force_max == 0) return;
-  // A motor does not fight its own limits: one equation would say what the other forbids.
-  double rate = motor.target_velocity;
-  if (limits.lower) rate = std::max(rate, std::min(0.0, (*limits.lower - coordinate.position) / step_size_));
-  if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
-  JointRow& row = Add(coordinate);
-  row.is_driven = true;
-  row.target = coordinate.scale * rate;
-  Bound(force_max / coordinate.scale);
-}
-
-void RowWriter::Bound(double force_max) {
-  JointRow& row = rows_->back();
-  row.upper = force_max * interval();
-  row.lower = -row.upper;
-  // What is too weak to be a number does nothing.
-  if (!(row.upper > kLeastImpulse)) rows_->pop_back();
-}
-
-void RowWriter::WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
-                          double force_max) {
-  if (!(stiffness + damping > 0) || force_max == 0) return;
-  JointRow& row = Add(coordinate);
-  row.is_driven = true;
-  const double h = step_size_, time = interval(), scale = coordinate.scale;
-  // The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1
-  // and of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
-  // leapfrog). One that a step does not resolve would not decay either, so that its force is that at the end.
-  const auto pace_at = [&](double mobility) {
-    return std::max(stiffness * h, damping) * h * mobility / (scale * scale);
-  };
-  double pace = pace_at(mobility_);
-  // About an axis beside it a body is harder to turn than about its centre of mass.
-  if (pace > kResolvedPace) pace = pace_at(HeldMobility(row));
-  const double late = std::clamp((pace - kResolvedPace) / (kUnresolvedPace - kResolvedPace), 0.0, 1.0);
-  const double inertia = (1 - late) * h * h / 4 * stiffness, resistance = (1 - late) * time / 2 * damping;
-  const double after = inertia + resistance + late * time * (h * stiffness + damping);
-  const double push = time * (stiffness * (rest - coordinate.position) + damping * rate);
-  row.target = scale * (push + (inertia - resistance) * RateOf(coordinate, true)) / after;
-  const double softness = scale * scale / after;
-  // What is too weak to be felt must not be divided by.
-  if (!(kLeastSoftness * softness <= kMostSoftness * row.softness)) return rows_->pop_back();
-  row.softness = std::max(row.softness, softness);
-  Bound(force_max / scale);
 }
 
 void RowWriter::LockGear(double ratio) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <limits>
 #include <span>
 #include <vector>
@@ -6,12 +7,17 @@
 #include "genphys/error_correction.h"
 #include "genphys/joint.h"
 #include "genphys/joint_row.h"
+#include "genphys/layer_state.h"
 #include "joints/joint_body.h"
 
 namespace genphys {
 
 /// No error is taken away faster than this (m/s): what was joined far apart comes together without a bang.
 inline constexpr double kCorrectionSpeedMax = 10;
+
+/// Softness of a hard row, of its own mobility. Where rows say the same thing twice a direct solver divides by what is
+/// left; what hangs on such a row gives way by 1e-8 of what it would fall.
+inline constexpr double kLeastSoftness = 1e-8;
 
 /// A coordinate of a joint at the present poses: rate = axis * (relative velocity or spin) / scale.
 struct Coordinate {
@@ -29,6 +35,16 @@ struct Foresight {
   double trust = 0;
 };
 
+/// The part of a solve that acts for `interval` seconds which is before its substep of `h` seconds.
+inline double PastPart(double interval, double h) { return std::isfinite(interval) ? 1 - h / 2 / interval : 0; }
+
+/// What a joint was told until the boundary at which the substep begins. Where frames are elsewhere since, the joint is
+/// written between both, and these are its coordinates with the new ones, as kJointCoordinates lists them.
+struct FormerTelling {
+  std::span<const FormerDrive> drives;
+  std::span<const double> told{};
+};
+
 /// Turns what a kind of joint says into rows, and notes its coordinates. All rows along a line act at the origin of
 /// frame b with axes fixed in a: that is the exact rate of the origin of b as seen from a, and no row can change the
 /// momentum of both together. A row asks for a rate, and over a step of finite size a coordinate changes by more than
@@ -39,7 +55,7 @@ class RowWriter {
  public:
   /// Without `rows` the coordinates alone are noted in `state`; with them, what it takes to count full turns.
   RowWriter(const JointSide& a, const JointSide& b, double step_size, const ErrorCorrection& correction,
-            JointState& state, std::vector<JointRow>* rows, const Foresight& expected)
+            JointState& state, std::vector<JointRow>* rows, const Foresight& expected, const FormerTelling& former = {})
       : a_(a),
         b_(b),
         axes_(a.frame.orientation.toRotationMatrix()),
@@ -48,7 +64,8 @@ class RowWriter {
         state_(state),
         rows_(rows),
         first_(rows != nullptr ? rows->size() : 0),
-        expected_(expected) {}
+        expected_(expected),
+        former_(former) {}
 
   /// Writes nothing, but lists the positions of all coordinates in the order in which they are locked and driven.
   RowWriter(const JointSide& a, const JointSide& b, JointState& state, std::vector<double>& positions)
@@ -62,6 +79,8 @@ class RowWriter {
 
   /// For how long (s) the impulses of the rows act.
   double interval() const;
+  /// Whether a drive that was told otherwise is too stiff for the step.
+  bool is_late() const { return is_late_; }
   /// Whether rows are not asked for, but what the coordinates are.
   bool is_noting() const { return rows_ == nullptr && positions_ == nullptr; }
   /// Whether only what is locked counts.
@@ -102,8 +121,24 @@ class RowWriter {
   void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend);
   void Reach(const Coordinate& coordinate, double gap, double bend, JointRow& row) const;
   void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
-  void WriteSoft(const Coordinate& coordinate, double stiffness, double damping, double rest, double rate,
-                 double force_max);
+  // A spring and damper.
+  struct SoftDrive {
+    double stiffness = 0;
+    double damping = 0;
+    double rest = 0;
+    double rate = 0;
+    double force_max = 0;
+
+    static SoftDrive Of(const Motor& motor);  // to a position
+    static SoftDrive Of(const Spring& spring);
+    double PushAt(double position) const { return stiffness * (rest - position) + damping * rate; }
+  };
+  // `before`: what it was until the boundary, or null.
+  // `told`: where it is with the frames that the joint has by now.
+  void WriteSoft(const Coordinate& coordinate, double told, const SoftDrive& now, const SoftDrive* before);
+  void WriteDrives(const Coordinate& coordinate, const JointAxis& axis);
+  double ToldPosition(const Coordinate& coordinate) const;
+  double LatenessOf(const SoftDrive& drive, const Coordinate& coordinate, const JointRow& row) const;
   Vector3 TurnOfPoint(const JointBody& body) const;
   JointRow& Add(const Coordinate& coordinate);
   JointRow& AddRow(JointRow::Kind kind, const Vector3& axis);
@@ -139,6 +174,8 @@ class RowWriter {
   size_t first_ = 0;  // of the rows that are of this joint
   std::vector<double>* positions_ = nullptr;
   Foresight expected_;
+  FormerTelling former_;
+  bool is_late_ = false;
   size_t next_expected_ = 0;
   double mobility_ = 0;  // of the row that was softened last
 };

@@ -5,30 +5,42 @@
 namespace genphys {
 namespace {
 
+// Calls visit(place, axis) for each.
+template <typename Visit>
 struct AxesVisitor {
-  std::vector<JointAxis*> axes;
+  Visit visit;
 
-  void Add(std::optional<JointAxis>& axis) {
-    if (axis) axes.push_back(&*axis);
+  void See(uint8_t place, JointAxis& axis) { visit(place, axis); }
+  void See(uint8_t place, std::optional<JointAxis>& axis) {
+    if (axis) visit(place, *axis);
   }
 
   void operator()(BallJoint&) {}
   void operator()(FixedJoint&) {}
   void operator()(GearJoint&) {}
-  void operator()(HingeJoint& joint) { axes = {&joint.axis}; }
-  void operator()(SliderJoint& joint) { axes = {&joint.axis}; }
-  void operator()(DistanceJoint& joint) { axes = {&joint.axis}; }
-  void operator()(UniversalJoint& joint) { axes = {&joint.about_x, &joint.about_y}; }
+  void operator()(HingeJoint& joint) { See(5, joint.axis); }
+  void operator()(SliderJoint& joint) { See(2, joint.axis); }
+  void operator()(DistanceJoint& joint) { See(0, joint.axis); }
+  void operator()(UniversalJoint& joint) {
+    See(3, joint.about_x);
+    See(4, joint.about_y);
+  }
   void operator()(WheelJoint& joint) {
-    axes = {&joint.spin};
-    Add(joint.steering);
-    Add(joint.suspension);
+    See(4, joint.spin);
+    See(5, joint.steering);
+    See(2, joint.suspension);
   }
   void operator()(SixDofJoint& joint) {
-    for (std::optional<JointAxis>& axis : joint.along) Add(axis);
-    for (std::optional<JointAxis>& axis : joint.about) Add(axis);
+    for (uint8_t i = 0; i < 3; ++i) See(i, joint.along[i]);
+    for (uint8_t i = 0; i < 3; ++i) See(static_cast<uint8_t>(3 + i), joint.about[i]);
   }
 };
+
+template <typename Visit>
+void VisitAxes(JointKind& kind, Visit visit) {
+  AxesVisitor<Visit> visitor{visit};
+  std::visit(visitor, kind);
+}
 
 struct LocksVisitor {
   bool operator()(const DistanceJoint& joint) const { return joint.axis.limits.lock(); }
@@ -46,9 +58,16 @@ struct LocksVisitor {
 }  // namespace
 
 std::vector<JointAxis*> AxesOf(JointKind& kind) {
-  AxesVisitor visitor;
-  std::visit(visitor, kind);
-  return std::move(visitor.axes);
+  std::vector<JointAxis*> axes;
+  VisitAxes(kind, [&](uint8_t, JointAxis& axis) { axes.push_back(&axis); });
+  return axes;
+}
+
+std::vector<uint8_t> PlacesOf(const JointKind& kind) {
+  std::vector<uint8_t> places;
+  JointKind copy = kind;
+  VisitAxes(copy, [&](uint8_t place, JointAxis&) { places.push_back(place); });
+  return places;
 }
 
 Motor* FirstMotor(JointKind& kind) {

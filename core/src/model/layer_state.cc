@@ -87,6 +87,37 @@ void Put(ByteWriter& out, const JointState& value) {
   out.Put(torque);
 }
 
+void Put(ByteWriter& out, const std::optional<double>& value) {
+  out.Put(value.has_value());
+  out.Put(value.value_or(0));
+}
+
+void Put(ByteWriter& out, const FormerDrive& value) {
+  const auto& [id, place, motor, spring] = value;
+  out.Put(id.packed());
+  out.Put(place);
+  out.Put(motor.has_value());
+  if (motor) {
+    const auto& [target_velocity, target_position, stiffness, damping, force_max] = *motor;
+    Put(out, target_position);
+    Put(out, force_max);
+    for (const double number : {target_velocity, stiffness, damping}) out.Put(number);
+  }
+  out.Put(spring.has_value());
+  if (!spring) return;
+  const auto& [stiffness, damping, rest] = *spring;
+  for (const double number : {stiffness, damping, rest}) out.Put(number);
+}
+
+void Put(ByteWriter& out, const FormerFrames& value) {
+  const auto& [id, in_a, in_b] = value;
+  out.Put(id.packed());
+  for (const Pose& pose : {in_a, in_b}) {
+    out.Put(pose.position);
+    out.Put(pose.orientation);
+  }
+}
+
 void Put(ByteWriter& out, const EventContactPoint& value) {
   const auto& [position, normal, depth, normal_impulse, friction_impulse, relative_velocity, friction, restitution,
                geometry_a, geometry_b] = value;
@@ -126,8 +157,8 @@ void Put(ByteWriter& out, const HalfStep& value) {
 void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, rest_watches, moving,
-               faulted, touching, lying, forces, passages, joint_ids, joints, last_touches, half_steps, last_substep,
-               samples, samples_step] = state;
+               faulted, touching, lying, forces, passages, joint_ids, joints, former_drives, former_frames,
+               last_touches, half_steps, last_substep, samples, samples_step] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -152,6 +183,10 @@ void Serialize(const LayerState& state, std::string& bytes) {
   Put(out, joint_ids);
   out.Put(uint64_t{joints.size()});
   for (const JointState& joint : joints) Put(out, joint);
+  out.Put(uint64_t{former_drives.size()});
+  for (const FormerDrive& drive : former_drives) Put(out, drive);
+  out.Put(uint64_t{former_frames.size()});
+  for (const FormerFrames& frames : former_frames) Put(out, frames);
   out.Put(uint64_t{last_touches.size()});
   for (const std::vector<LastTouch>& touches : last_touches) {
     out.Put(uint64_t{touches.size()});

@@ -152,7 +152,9 @@ void StepRun::TakeSteady(Mover& mover) {
   if (half.restarts) mover.beginning = Beginning::kMay;
   // What changed for one of a group changes what joints give all of them.
   if (half.restarts && half.has_past && scratch_.jointed[mover.row]) mover.beginning = Beginning::kMust;
-  if (half.restarts || half.in_flight) return;
+  if (half.restarts) return;
+  mover.goes_on = joints_.IsDrivenOtherwise(mover.row);
+  if (half.in_flight) return;
   if (IsSame(mover.steady.acceleration, half.steady_kick * (2 / last)) &&
       IsSame(mover.steady.torque, half.steady_twist * (2 / last))) {
     return;
@@ -161,8 +163,10 @@ void StepRun::TakeSteady(Mover& mover) {
   // What joints hold goes on: a solve acts from the middle of the last substep to that of the next one, as what acts
   // from outside does, which is exact for the jump in between. What joints owe is known to first order only: paid
   // every few substeps it would add up.
-  mover.goes_on = scratch_.jointed[mover.row];
-  if (mover.goes_on) return;
+  if (scratch_.jointed[mover.row]) {
+    mover.goes_on = true;
+    return;
+  }
   // Who is pulled off what held it lets go of it for good.
   const bool lets_go = mover.steady.acceleration.dot(half.held_rate) > 0;
   mover.beginning = lets_go ? Beginning::kMust : Beginning::kMay;

@@ -5,6 +5,7 @@
 
 #include "genphys/world.h"
 #include "joints/check_joint.h"
+#include "joints/former_joints.h"
 #include "joints/joint_step.h"
 #include "joints/kinds.h"
 #include "model/cat.h"
@@ -20,7 +21,7 @@ constexpr double kJump = 0.5;
 EntityPair PairOf(const JointDesc& joint) { return {joint.entity_a.id, joint.entity_b.id}; }
 
 bool IsJump(const Motor& before, const Motor& after) {
-  if (after.target_position) return after != before;
+  if (after.target_position || before.target_position) return after != before;
   const double change = std::abs(after.target_velocity - before.target_velocity);
   return change > kJump * std::max(std::abs(before.target_velocity), std::abs(after.target_velocity));
 }
@@ -94,13 +95,16 @@ void World::Rejoin(const UpdateJoint& command) {
   JointDesc& desc = scene_.joints[id.index()]->desc;
   JointDesc joint = *Merged(desc, update, fields);
   if (joint.collide_connected != desc.collide_connected) SetTouchable(desc, joint.collide_connected);
-  // Of another kind or elsewhere, its impulses and its turns mean something else.
-  if (joint.kind.index() != desc.kind.index() || fields.Has(JointField::kFrameInA) ||
-      fields.Has(JointField::kFrameInB)) {
+  const bool is_elsewhere = fields.Has(JointField::kFrameInA) || fields.Has(JointField::kFrameInB);
+  const bool is_same_kind = joint.kind.index() == desc.kind.index();
+  const bool goes_on = is_same_kind && GoesOnElsewhere(desc, joint);
+  if (!is_same_kind || (is_elsewhere && !goes_on)) {
+    // Its impulses and its turns mean something else.
     layer_.joints[id.index()] = JointState{};
     RestartJoined(desc);
-  } else if (joint.kind != desc.kind) {
-    RestartDriven(desc);
+  } else {
+    if (is_elsewhere) LeaveFrames(id, desc);
+    if (joint.kind != desc.kind) DriveOtherwise(id, desc, joint.kind);
   }
   desc = std::move(joint);
   PlaceFrames(desc);
@@ -136,13 +140,58 @@ void World::UnjoinAllOf(EntityId id) {
 void World::Drive(const SetMotorColumns& command) {
   for (size_t i = 0; i < command.ids.size(); ++i) {
     JointDesc& desc = scene_.joints[command.ids[i].index()]->desc;
-    Motor& motor = *FirstMotor(desc.kind);
-    const Motor before = motor;
+    const std::vector<JointAxis*> axes = AxesOf(desc.kind);
+    const auto driven = std::ranges::find_if(axes, [](const JointAxis* axis) { return axis->motor.has_value(); });
+    const JointAxis before = **driven;
+    Motor& motor = *(*driven)->motor;
     motor.target_velocity = command.velocities[i];
     if (!command.positions.empty()) motor.target_position = command.positions[i];
-    if (IsJump(before, motor)) RestartDriven(desc);
+    if (!GoesOn(before, **driven)) {
+      if (IsJump(*before.motor, motor)) RestartDriven(desc);
+    } else if (*before.motor != motor) {
+      NoteDrive(command.ids[i], PlacesOf(desc.kind)[static_cast<size_t>(driven - axes.begin())], before, **driven);
+    }
     WakeJoined(desc);
   }
+}
+
+// Where springs and drives to positions alone are told otherwise, what they gave goes on to the boundary.
+void World::DriveOtherwise(JointId id, const JointDesc& joint, const JointKind& kind) {
+  JointKind before = joint.kind, after = kind;
+  const std::vector<JointAxis*> from = AxesOf(before), to = AxesOf(after);
+  const std::vector<uint8_t> places = PlacesOf(before);
+  const auto goes_on = [](const JointAxis* a, const JointAxis* b) { return GoesOn(*a, *b); };
+  const bool are_same_axes = places == PlacesOf(after);
+  if (from.empty() || !are_same_axes || !std::ranges::equal(from, to, goes_on)) return RestartDriven(joint);
+  for (size_t i = 0; i < from.size(); ++i) {
+    if (*from[i] != *to[i]) NoteDrive(id, places[i], *from[i], *to[i]);
+  }
+}
+
+void World::NoteDrive(JointId id, uint8_t place, const JointAxis& before, const JointAxis& after) {
+  const JointDesc& joint = scene_.joints[id.index()]->desc;
+  // Half with all that it has and half with less is not what it would push with midway, so that it begins anew.
+  const auto is_at_bound = [](const std::optional<Motor>& motor, double position, double rate) {
+    if (!motor || !motor->target_position || !motor->force_max) return false;
+    const double push =
+        motor->stiffness * (*motor->target_position - position) + motor->damping * (motor->target_velocity - rate);
+    return std::abs(push) > *motor->force_max;
+  };
+  if ((before.motor && before.motor->force_max) || (after.motor && after.motor->force_max)) {
+    const JointState state = joint_state(id);
+    const double position = state.positions[place], rate = state.rates[place];
+    if (is_at_bound(before.motor, position, rate) || is_at_bound(after.motor, position, rate)) RestartDriven(joint);
+  }
+  layer_.former_drives.push_back({id, place, before.motor, before.spring});
+  DrawJoined(joint);
+}
+
+// It pulls from elsewhere after the boundary, by springs and drives to positions alone.
+void World::LeaveFrames(JointId id, const JointDesc& joint) {
+  JointState& state = layer_.joints[id.index()];
+  state = {.force = state.force, .torque = state.torque};
+  layer_.former_frames.push_back({id, *joint.frame_in_a, *joint.frame_in_b});
+  DrawJoined(joint);
 }
 
 // Whether the two entities of a joint may touch each other.
@@ -194,9 +243,15 @@ void World::RestartJoined(const JointDesc& joint) {
 void World::RestartDriven(const JointDesc& joint) {
   for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
     if (entity->is_world()) continue;
-    HalfStep& half = layer_.half_steps[entity->id.index()];
-    half.RestartNowAndThen();
-    half.is_drawn = true;
+    layer_.half_steps[entity->id.index()].RestartNowAndThen();
+  }
+  DrawJoined(joint);
+}
+
+// It may give another thing than in the last solve.
+void World::DrawJoined(const JointDesc& joint) {
+  for (const EntityRef* entity : {&joint.entity_a, &joint.entity_b}) {
+    if (!entity->is_world()) layer_.half_steps[entity->id.index()].is_drawn = true;
   }
 }
 

@@ -31,8 +31,11 @@ bool World::IsAtRest() const {
 void World::StepAtRest(uint64_t count) {
   // One by one, for the time to be that of as many steps to the last bit.
   for (uint64_t i = 0; i < count; ++i) layer_.simulation_time += scene_.world.stepper.step_size;
+  if (count == 0) return;
   layer_.step += count;
-  if (count > 0) lately_active_.Clear();
+  layer_.former_drives.clear();
+  layer_.former_frames.clear();
+  lately_active_.Clear();
 }
 
 StepRun::StepRun(World& world, double step_size)
@@ -74,6 +77,8 @@ Status StepRun::Run() {
       }
     }
   }
+  world_.layer_.former_drives.clear();
+  world_.layer_.former_frames.clear();
   ++world_.layer_.step;
   world_.layer_.simulation_time += step_size_;
   if (world_.engine_ != nullptr) Report();
