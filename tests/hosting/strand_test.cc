@@ -40,6 +40,48 @@ TEST(WorkerPool, RunsEveryTaskOnItsThreads) {
   EXPECT_EQ(ran, kTasks);
 }
 
+TEST(WorkerPool, RunsTasksWhileOthersHoldAllOfItsThreads) {
+  constexpr int kHolders = 5;
+  WorkerPool pool(2);
+  std::promise<void> end;
+  const std::shared_future<void> ended = end.get_future().share();
+  for (int i = 0; i < kHolders; ++i) pool.Post([ended] { ended.wait(); });
+  for (int i = 0; i < 3; ++i) {
+    std::promise<void> ran;
+    pool.Post([&] { ran.set_value(); });
+    ASSERT_EQ(ran.get_future().wait_for(kPatience), std::future_status::ready);
+  }
+  end.set_value();
+}
+
+TEST(WorkerPool, HasNoMoreThreadsThanItShouldOnceNoneIsHeld) {
+  WorkerPool pool(2);
+  std::promise<void> end;
+  const std::shared_future<void> ended = end.get_future().share();
+  for (int i = 0; i < 4; ++i) pool.Post([ended] { ended.wait(); });
+  std::promise<void> ran;
+  pool.Post([&] { ran.set_value(); });
+  ASSERT_EQ(ran.get_future().wait_for(kPatience), std::future_status::ready);
+  end.set_value();
+  // Shorter than what holds a worker, so that no other spare one comes.
+  const auto most_at_once = [&pool] {
+    constexpr int kTasks = 40;
+    std::atomic<int> now = 0, most = 0, done = 0;
+    for (int i = 0; i < kTasks; ++i) {
+      pool.Post([&] {
+        most = std::max(most.load(), ++now);
+        std::this_thread::sleep_for(milliseconds(2));
+        --now;
+        ++done;
+      });
+    }
+    while (done < kTasks) std::this_thread::sleep_for(milliseconds(1));
+    return most.load();
+  };
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (most_at_once() > 2) ASSERT_LT(std::chrono::steady_clock::now(), give_up);
+}
+
 TEST(WorkerPool, RunsTimedTasksInOrderOfTheirTimeAndNotBefore) {
   WorkerPool pool(1);
   const auto now = WorkerPool::Clock::now();
