@@ -1,5 +1,6 @@
 // Commands in one batch do what the same commands do one by one, whomever they wake, cut off or take away.
 #include <algorithm>
+#include <chrono>
 
 #include "conformance/engine_test.h"
 #include "support/joints.h"
@@ -155,6 +156,56 @@ TEST_P(Batches, AFieldThatIsToldOtherEntitiesOutlivesThoseItHad) {
   Do(*world, DeleteEntity{stays});
   const Command late = UpdateForceField{id, {UniformField{{0, 0, 1}}, {}}};
   EXPECT_FALSE(world->Apply({&late, 1}).ok()) << "with the last of its entities it has gone too";
+}
+
+// Still ones, each of many spheres, `apart` (m) from each other.
+std::vector<Command> Stones(size_t count, double apart) {
+  constexpr uint32_t kSpheres = 64;
+  EntityDesc stone;
+  stone.rigid_body = RigidBody{.motion_type = MotionType::kStatic};
+  for (uint32_t i = 0; i < kSpheres; ++i) {
+    stone.rigid_body->geometries.push_back(Geometry{.shape = Sphere{0.5}});
+  }
+  std::vector<Command> commands;
+  for (size_t i = 0; i < count; ++i) {
+    stone.pose.position = {100 + apart * static_cast<double>(i), 0, 5};
+    commands.push_back(CreateEntity{stone});
+  }
+  return commands;
+}
+
+TEST_P(Batches, WakeWhomTheyAreInHoweverManyRestThere) {
+  const auto world = MakeWorld();
+  std::vector<EntityId> crates;
+  for (int i = 0; i < 40; ++i) crates.push_back(Add(*world, Crate({3.0 * i, 50, 0.5})));
+  Steps(*world, 240);
+  std::vector<Command> commands = Stones(10, 0);
+  EntityDesc block = Block({0, 0, 0}, {0.2, 0.2, 0.2});
+  block.rigid_body->motion_type = MotionType::kStatic;
+  for (size_t i = 0; i < crates.size(); ++i) {
+    ASSERT_TRUE(Asleep(*world, crates[i]));
+    block.pose.position = PositionOf(*world, crates[i]) + Vector3(0, 0, 0.5);
+    if (i % 2 == 0) commands.push_back(CreateEntity{block});
+    if (i % 3 == 0) commands.push_back(CreateEntity{block});
+  }
+
+  ASSERT_TRUE(world->Apply(commands).ok());
+
+  for (size_t i = 0; i < crates.size(); ++i) EXPECT_EQ(Asleep(*world, crates[i]), i % 2 != 0 && i % 3 != 0) << i;
+}
+
+TEST_P(Batches, PutManyIntoOnePlaceInAboutTheTimeThatManyPlacesTake) {
+  const auto time_of = [&](double apart) {
+    const auto world = MakeWorld();
+    Add(*world, Crate({0, 0, 0.5}));
+    Steps(*world, 240);
+    const std::vector<Command> commands = Stones(400, apart);
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_TRUE(world->Apply(commands).ok());
+    return std::chrono::steady_clock::now() - begin;
+  };
+  const auto usual = time_of(3);
+  EXPECT_LT(time_of(0), 8 * usual);
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ namespace genphys {
 
 class JointStep;
 class NearPairs;
+class SleeperTree;
 class StepUndo;
 struct StepScratch;
 
@@ -211,6 +212,7 @@ class World {
   void LetGo(EntityRow row);
   void WakeNeighboursOf(EntityRow row);
   void WakeWhereItIs(EntityRow row);
+  void GatherSleepers();
   void WakeAll();
   void StirLying();
   void LayLying();
@@ -255,13 +257,15 @@ class World {
   std::vector<EntityRow> roused_;  // since the step began
   RowMarks sleepers_found_;        // scratch of who looks for those that wake
   struct Aftermath {
-    std::vector<EntityRow> stirred;        // wake with their islands
-    std::vector<EntityId> displaced;       // whoever touches them wakes
-    std::vector<EntityId> detached;        // touch nobody any more
-    std::vector<EntityId> pushed;          // where springs tie them to others, all wake
-    std::vector<EntityId> deleted;         // fields act on them no more
-    std::map<EntityId, size_t> forceless;  // nor do so many of the first forces
-    std::vector<EntityId> unsampled;       // nor does what is left of sampled ones
+    std::vector<EntityRow> stirred;         // wake with their islands
+    std::vector<EntityId> displaced;        // whoever touches them wakes
+    std::vector<EntityId> detached;         // touch nobody any more
+    std::vector<EntityId> pushed;           // where springs tie them to others, all wake
+    std::vector<EntityId> deleted;          // fields act on them no more
+    std::map<EntityId, size_t> forceless;   // nor do so many of the first forces
+    std::vector<EntityId> unsampled;        // nor does what is left of sampled ones
+    size_t looks = 0;                       // at who rests where something was put
+    std::shared_ptr<SleeperTree> sleepers;  // set: who sleeps there is looked for here
   };
   Aftermath aftermath_;
   RowSet stirred_;              // of whom LayerState::lying may tell, though they are active

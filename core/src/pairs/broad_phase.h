@@ -73,6 +73,9 @@ class BroadPhase {
     }
   }
 
+  /// Of a box that rests.
+  const Bounds& NeighbourhoodOf(GeometryRow row) const { return proxies_[Index(row)].neighbourhood; }
+
   /// Whether two neighbours may touch.
   bool MayTouch(GeometryRow a, GeometryRow b) const;
 

@@ -51,6 +51,8 @@ class NearPairs {
   void EndDrift() { broad_phase_.EndDrift(); }
   void CancelDrift() { broad_phase_.CancelDrift(); }
   void Settle() { broad_phase_.Settle(); }
+  /// Of a geometry that rests, no plane: whatever overlaps these is near it.
+  const Bounds& BoundsOf(GeometryRow row) const { return broad_phase_.NeighbourhoodOf(row); }
   /// Whether nothing that rests is near `bounds`.
   bool IsFreeOfResting(const Bounds& bounds) const { return broad_phase_.IsFreeOfResting(bounds); }
 

@@ -8,6 +8,7 @@
 #include "genphys/bounds.h"
 #include "genphys/world.h"
 #include "pairs/near_pairs.h"
+#include "pairs/sleeper_tree.h"
 #include "step/sleeping.h"
 #include "step/step_undo.h"
 
@@ -67,17 +68,40 @@ void World::WakeNeighboursOf(EntityRow row) {
   }
 }
 
-// Who sleeps in its bounds; a plane has none.
+// Who sleeps in its bounds; a plane has none. Of what rests there, most may have nothing to sleep from: a batch that
+// has looked at as many as the world has rows looks among sleepers alone from then on.
 void World::WakeWhereItIs(EntityRow row) {
   if (near_ == nullptr) return WakeAll();
   for (const GeometryRow own : geometry_rows_[Index(row)]) {
     const auto [geometry, placement] = Placed(own);
     if (std::holds_alternative<Plane>(geometry->shape)) return WakeAll();
     const Bounds bounds = BoundsOf(geometry->shape, placement).Widened(kContactGapMax);
-    near_->VisitOthers(rule_, own, bounds, [&](GeometryRow other) {
+    const auto wake = [&](GeometryRow other) {
       const EntityRow entity = rule_.info(other).entity;
-      if (state_.asleep[Index(entity)] && rule_.Decide(own, other) != PairRule::Verdict::kIgnore) WakeIslandOf(entity);
+      const bool wakes = state_.asleep[Index(entity)] && rule_.Decide(own, other) != PairRule::Verdict::kIgnore;
+      if (wakes) WakeIslandOf(entity);
+      return wakes;
+    };
+    if (aftermath_.sleepers == nullptr && aftermath_.looks > state_.rows()) GatherSleepers();
+    if (aftermath_.sleepers != nullptr) {
+      aftermath_.sleepers->TakeFrom(bounds, wake);
+      continue;
+    }
+    near_->VisitOthers(rule_, own, bounds, [&](GeometryRow other) {
+      ++aftermath_.looks;
+      wake(other);
     });
+  }
+}
+
+// Nobody falls asleep until the batch is done, and who is moved or changed meanwhile wakes.
+void World::GatherSleepers() {
+  aftermath_.sleepers = std::make_shared<SleeperTree>();
+  for (uint32_t row = 0; row < state_.rows(); ++row) {
+    if (!state_.asleep[row]) continue;
+    for (const GeometryRow geometry : geometry_rows_[row]) {
+      aftermath_.sleepers->Add(geometry, near_->BoundsOf(geometry));
+    }
   }
 }
 
@@ -97,6 +121,8 @@ void World::SettleAftermath() {
   aftermath_.detached.clear();
   aftermath_.pushed.clear();
   aftermath_.deleted.clear();
+  aftermath_.sleepers.reset();
+  aftermath_.looks = 0;
 }
 
 void World::EndTouches() {
