@@ -53,6 +53,14 @@ uint64_t StepOf(TestServer& server, const std::string& world) {
   return Must(server.worlds(), &v1::WorldService::Stub::GetWorld, request).stamp().step();
 }
 
+v1::Entity Ball(double x) {
+  v1::Entity ball;
+  ball.mutable_pose()->mutable_position()->set_x(x);
+  ball.mutable_pose()->mutable_position()->set_z(5);
+  ball.mutable_rigid_body()->add_geometries()->mutable_shape()->mutable_sphere();
+  return ball;
+}
+
 // Once a call ended early, the world stands still between two steps: where, is not known beforehand.
 uint64_t StepAtRest(TestServer& server, const std::string& world) {
   v1::StepRequest request;
@@ -194,6 +202,102 @@ TEST(LongStep, IsWatchedWhileItRuns) {
   reader->Finish();
   context.TryCancel();
   call.get();
+}
+
+// Engines are made one after the other, which takes a minute.
+v1::StepRequest ManyEngines(const std::string& world) {
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(0);
+  request.set_request_id("once");
+  for (int i = 0; i < 500; ++i) request.add_commands()->mutable_create_entity()->mutable_entity()->CopyFrom(Ball(i));
+  for (int i = 0; i < 40'000; ++i) {
+    request.add_commands()->mutable_set_engine()->set_engine(i % 2 == 0 ? "engines/bullet" : "engines/ode");
+    request.add_commands()->mutable_set_gravity()->mutable_gravity()->set_z(-9);
+  }
+  return request;
+}
+
+int CountEntities(TestServer& server, const std::string& world) {
+  v1::ListEntitiesRequest request;
+  request.set_world(world);
+  return Must(server.simulation(), &Simulation::ListEntities, request).entities_size();
+}
+
+TEST(LongBatch, StopsAfterItsDeadlineAndTellsWhichCommandsWereCarriedOut) {
+  TestServer server;
+  const std::string world = server.CreateWorld().world().name();
+  const v1::StepRequest request = ManyEngines(world);
+  const int before = CountEntities(server, world);
+  // One that is over while commands are checked has no effect.
+  for (auto time = std::chrono::milliseconds(500); CountEntities(server, world) == before; time *= 2) {
+    ASSERT_LT(time, kPatience);
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + time);
+    v1::StepResponse response;
+    ASSERT_EQ(server.simulation().Step(&context, request, &response).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  }
+  // A retry hears how it ended; that the caller was gone the server may have heard before it looked at the time.
+  const Status status = MustNot(server.simulation(), &Simulation::Step, request);
+  const std::optional<EarlyEnd> end = EarlyEndOf(status);
+  ASSERT_TRUE(end && end->commands_done) << status;
+  EXPECT_LT(*end->commands_done, static_cast<uint32_t>(request.commands_size()));
+  EXPECT_NE(status.message().find(std::to_string(*end->commands_done) + " of its commands"), std::string::npos);
+}
+
+// So many spheres in one place that one step takes seconds, within the bounds of what a world may use.
+std::string MakeCrowd(TestServer& server) {
+  const std::string world = server.CreateWorld().world().name();
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(0);
+  for (int i = 0; i < 1300; ++i) request.add_commands()->mutable_create_entity()->mutable_entity()->CopyFrom(Ball(0));
+  Must(server.simulation(), &Simulation::Step, request);
+  return world;
+}
+
+TEST(LongStep, IsUndoneWithinItsFirstStepAfterItsDeadline) {
+  TestServer server;
+  const std::string world = MakeCrowd(server);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(20));
+  v1::StepResponse response;
+  EXPECT_EQ(server.simulation().Step(&context, ManySteps(world), &response).error_code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(StepAtRest(server, world), 0u);
+}
+
+TEST(LongStep, EndsWithinAStepWithItsWorld) {
+  TestServer server;
+  const std::string world = MakeCrowd(server);
+  auto call =
+      std::async(std::launch::async, [&] { return MustNot(server.simulation(), &Simulation::Step, ManySteps(world)); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  v1::DeleteWorldRequest request;
+  request.set_name(world);
+  EXPECT_EQ(Must(server.worlds(), &v1::WorldService::Stub::DeleteWorld, request).stamp().step(), 0u);
+  ExpectRefusal(call.get(), Reason::kWorldNotFound, "world");
+}
+
+TEST(LongStep, LeavesOtherWorldsTheirTurnWithinOneStep) {
+  TestServer server(ServerOptions{.workers = 1});
+  const std::string busy = MakeCrowd(server);
+  const std::string other = server.CreateWorld().world().name();
+  grpc::ClientContext context;
+  auto call = std::async(std::launch::async, [&] {
+    v1::StepResponse response;
+    return server.simulation().Step(&context, ManySteps(busy), &response);
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  v1::StepRequest request;
+  request.set_world(other);
+  request.add_commands()->mutable_set_gravity()->mutable_gravity()->set_z(-9);
+
+  EXPECT_EQ(Must(server.simulation(), &Simulation::Step, request).stamp().step(), 1u);
+
+  EXPECT_EQ(StepOf(server, busy), 0u) << "which is still in its first step";
+  context.TryCancel();
+  EXPECT_EQ(call.get().error_code(), grpc::StatusCode::CANCELLED);
 }
 
 TEST(Mailbox, RefusesWhatItCannotHold) {

@@ -80,6 +80,23 @@ TEST(WireError, TellsWhatWasCreatedBeforeStepsEndedEarly) {
   EXPECT_EQ(EarlyEndOf(DecodeRefusal(in_stream)), end);
 }
 
+TEST(WireError, TellsHowManyCommandsWereCarriedOut) {
+  EarlyEnd end = Created({5, 6});
+  end.commands_done = 2;
+  const Status sent = WithEarlyEnd(absl::DeadlineExceededError("late"), end);
+
+  const google::rpc::Status encoded = EncodeStatus(sent);
+
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(encoded.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.metadata().at("commands_done"), "2");
+  EXPECT_EQ(EarlyEndOf(DecodeStatus(encoded)), end);
+  v1::Refusal in_stream;
+  EncodeRefusal(sent, &in_stream);
+  EXPECT_EQ(in_stream.early_end().commands_done(), 2u);
+  EXPECT_EQ(EarlyEndOf(DecodeRefusal(in_stream)), end);
+}
+
 TEST(WireError, LeavesOutCreatedIdsThatHeadersHaveNoRoomFor) {
   std::vector<uint64_t> many, scattered;
   for (uint64_t i = 1; i <= 100'000; ++i) {

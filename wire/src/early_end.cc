@@ -52,11 +52,13 @@ std::optional<EarlyEnd> EarlyEndOf(const Status& status) {
 void EncodeEarlyEnd(const EarlyEnd& end, v1::EarlyEnd* out) {
   out->set_steps_done(end.steps_done);
   out->set_step(end.step);
+  if (end.commands_done) out->set_commands_done(*end.commands_done);
   for (const CreatedId id : end.created) out->add_created_ids(id.packed());
 }
 
 EarlyEnd DecodeEarlyEnd(const v1::EarlyEnd& message) {
   EarlyEnd end{message.steps_done(), message.step()};
+  if (message.has_commands_done()) end.commands_done = message.commands_done();
   for (const uint64_t id : message.created_ids()) end.created.push_back(IdOf(id));
   return end;
 }

@@ -13,6 +13,7 @@ namespace {
 constexpr char kFieldKey[] = "field";
 constexpr char kStepsDoneKey[] = "steps_done";
 constexpr char kStepKey[] = "step";
+constexpr char kCommandsDoneKey[] = "commands_done";
 constexpr char kCreatedKey[] = "created_ids";
 
 using Metadata = google::protobuf::Map<std::string, std::string>;
@@ -20,6 +21,7 @@ using Metadata = google::protobuf::Map<std::string, std::string>;
 void TellEarlyEnd(const EarlyEnd& end, Metadata& metadata) {
   metadata[kStepsDoneKey] = std::to_string(end.steps_done);
   metadata[kStepKey] = std::to_string(end.step);
+  if (end.commands_done) metadata[kCommandsDoneKey] = std::to_string(*end.commands_done);
   const std::optional<std::string> created = CreatedText(end.created);
   if (created && !created->empty()) metadata[kCreatedKey] = *created;
 }
@@ -30,6 +32,11 @@ std::optional<EarlyEnd> EarlyEndIn(const Metadata& metadata) {
   EarlyEnd end;
   if (steps_done == metadata.end() || !absl::SimpleAtoi(steps_done->second, &end.steps_done)) return std::nullopt;
   if (step == metadata.end() || !absl::SimpleAtoi(step->second, &end.step)) return std::nullopt;
+  uint32_t commands = 0;
+  const auto commands_done = metadata.find(kCommandsDoneKey);
+  if (commands_done != metadata.end() && absl::SimpleAtoi(commands_done->second, &commands)) {
+    end.commands_done = commands;
+  }
   if (created != metadata.end()) end.created = CreatedOf(created->second);
   return end;
 }

@@ -22,7 +22,8 @@ class GenphysError(Exception):
         field: Path of the field to blame, as in "commands[3].set_pose.pose.position.x"; empty if none is.
         code: The gRPC status code; None if no call was made.
         metadata: Further details by name. Of a step that ended early "steps_done", of this call, and "step", at which
-            the world stands: its commands and these steps stay done.
+            the world stands: its commands and these steps stay done. If its commands were cut short "commands_done"
+            tells how many of them, the first, were carried out.
     """
 
     default_reason: ClassVar[str] = ""
@@ -255,6 +256,8 @@ def _metadata_of(early_end: Any) -> dict[str, str]:
         elif number != 0:
             runs.append([command, number, number])
     metadata = {"steps_done": str(early_end.steps_done), "step": str(early_end.step)}
+    if early_end.HasField("commands_done"):
+        metadata["commands_done"] = str(early_end.commands_done)
     if runs:
         metadata[_CREATED_KEY] = " ".join(
             f"{command}:{first}" if first == last else f"{command}:{first}-{last}" for command, first, last in runs

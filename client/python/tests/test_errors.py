@@ -77,6 +77,18 @@ def test_what_a_step_that_ended_early_created_has_ids():
     assert [each.id for each in (first, *others, joint)] == [7, 9, 10, 11, 12]
 
 
+def test_how_many_commands_were_carried_out_is_told():
+    refusal = {"message": "late", "early_end": {"step": 8, "commands_done": 0}}
+
+    def answer(request, context):
+        yield wire.StepWorldsResponse(results=[{"index": 0, "refusal": refusal}])
+
+    with FakeServer(StepWorlds=answer) as server, genphys.connect(server.address) as client:
+        (error,) = client.step_worlds([client.world("lab")], 10)
+
+    assert error.metadata == {"steps_done": "0", "step": "8", "commands_done": "0"}
+
+
 def test_a_reason_of_a_newer_server_is_still_a_genphys_error():
     with refusing(grpc.StatusCode.FAILED_PRECONDITION, "MOON_IS_FULL", "wait") as server:
         error = error_of(server)

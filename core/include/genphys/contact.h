@@ -83,9 +83,11 @@ struct ContactBuffer {
 };
 
 /// How many pairs of geometries may be near each other, and at how many points they may touch: memory grows with them.
+/// What a step may look at of their shapes is time: see WorkWatch::Look().
 struct ContactBudget {
   size_t pairs = Limits::kNearPairsMax;
   size_t points = Limits::kContactPointsMax;
+  int64_t looks = Limits::kLooksMax;
 };
 
 /// Pairs with a wider gap (m) have no contact point, on any engine.

@@ -48,6 +48,8 @@ struct Limits {
   /// Of geometries near each other, and of points at which they touch, when a step begins: memory grows with them.
   static constexpr unsigned kNearPairsMax = 1'000'000;
   static constexpr unsigned kContactPointsMax = 1'000'000;
+  /// At corners and triangles of shapes near each other, in one step: time grows with them, about a second for 4e8.
+  static constexpr long long kLooksMax = 4'000'000'000;
   /// Hits or overlaps that one query tells.
   static constexpr unsigned kQueryResultsMax = 4'000'000;
 };

@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,6 +28,7 @@ namespace genphys {
 
 class JointStep;
 class NearPairs;
+struct PreparedEntity;
 class SleeperTree;
 class StepUndo;
 struct StepScratch;
@@ -43,12 +43,14 @@ class World {
 
   /// Applies all `commands` in order at the current step boundary, or none: the first that is not valid is refused
   /// with the path commands[i].<field> and nothing has changed. Returns, per command, the id it created or null. What
-  /// it has to tell comes in canonical order too, after what earlier batches at the same boundary had to.
+  /// it has to tell comes in canonical order too, after what earlier batches at the same boundary had to. A WorkWatch
+  /// that ends it while it checks ends it without effect, and later after as many commands as it returns ids for.
   Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
 
   /// Advances by one step of `step_size` seconds (unset: the stepper's). BUDGET_EXCEEDED undoes the step, and the world
   /// can be used as before; its hash is the one before unless the message says that the engine began anew. DIVERGED
-  /// undoes it and faults the world: it can be read and reset, not stepped.
+  /// undoes it and faults the world: it can be read and reset, not stepped. Where a WorkWatch ends it, it is undone as
+  /// one over the budget and returns what that says.
   Status Step(std::optional<double> step_size = std::nullopt);
 
   /// Whether steps do nothing but go on in time until somebody commands something.
@@ -86,8 +88,7 @@ class World {
   /// The same of a joint.
   Status CheckId(JointId id, std::string_view field) const;
 
-  /// Long queries ask `check` now and then, and end with what it says unless that is OK. Unset: they never end early.
-  void set_query_check(std::function<Status()> check) { query_check_ = std::move(check); }
+  // Long queries throw CutShort where a WorkWatch says so.
 
   /// Closest hits of `rays` among geometries in `collides_with_bits`. UNSUPPORTED_FEATURE without an engine that can.
   Result<std::vector<RayHit>> CastRays(std::span<const Ray> rays, uint64_t collides_with_bits = ~uint64_t{0});
@@ -150,6 +151,7 @@ class World {
   bool EndPassage(EntityId id);
   void Halt(EntityId id);
   void DropLockedOf(EntityRow row);
+  std::vector<CreatedId> ApplyAll(std::span<const Command> commands, std::vector<PreparedEntity>& prepared);
   void ApplyOne(const Command& command);
   void Grow();
   void AttachBody(EntityRow row);
@@ -198,7 +200,8 @@ class World {
   void NoteDrive(JointId id, uint8_t place, const JointAxis& before, const JointAxis& after);
 
   // Engine and activity (world.cc).
-  void RebuildEngine();
+  // Without a start from the last solve unless `recalls`.
+  void RebuildEngine(bool recalls = true);
   std::vector<EntityRow> RowsOfBodies() const;
   void AddToEngine(EntityRow row);
   void TellPose(EntityRow row);
@@ -220,10 +223,10 @@ class World {
   void FinishEvents(size_t first);
   Status Diverged(std::string_view why);
   Status OverBudget(std::string_view why, bool is_engine_new) const;
+  Status Undone(const Status& why, bool is_engine_new) const;
 
   // Queries (world_queries.cc).
   Status CheckQuery(Feature feature) const;
-  Status CheckGoOn(size_t done, size_t every) const;
   Status CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const;
   std::vector<GeometryRow> RowsIn(const Bounds& bounds, uint64_t collides_with_bits);
   std::pair<const Geometry*, Placement> Placed(GeometryRow row) const;
@@ -285,7 +288,6 @@ class World {
   std::vector<Event> events_;
   JointIndex joint_index_;
   std::unique_ptr<JointStep> joint_step_;
-  std::function<Status()> query_check_;
   struct Initial;
   ContactBudget budget_;
   StepUndo* undo_ = nullptr;  // of the step under way

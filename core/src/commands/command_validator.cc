@@ -6,6 +6,7 @@
 
 #include "commands/missing_features.h"
 #include "genphys/limits.h"
+#include "genphys/work_watch.h"
 #include "genphys/world.h"
 #include "model/cat.h"
 #include "model/validate.h"
@@ -50,10 +51,23 @@ Status CheckColumn(const std::vector<Vector3>& column, std::string_view name) {
 
 }  // namespace
 
+int64_t WorkOf(const Command& command, size_t entities) {
+  constexpr int64_t kUsual = 512, kEntityOfEngine = 256, kRowOfColumn = 16;
+  if (std::holds_alternative<SetEngine>(command)) return kUsual + kEntityOfEngine * static_cast<int64_t>(entities);
+  if (const auto* forces = std::get_if<ApplyForceColumns>(&command)) {
+    return kUsual + kRowOfColumn * static_cast<int64_t>(forces->ids.size());
+  }
+  if (const auto* motors = std::get_if<SetMotorColumns>(&command)) {
+    return kUsual + kRowOfColumn * static_cast<int64_t>(motors->ids.size());
+  }
+  return kUsual;
+}
+
 WorldDesc CommandValidator::WorldSettings(const World& world) { return world.scene().world; }
 
 Status CommandValidator::Check(std::span<const Command> commands) {
   for (size_t i = 0; i < commands.size(); ++i) {
+    WorkWatch::Spend(WorkOf(commands[i], world_.entity_count() + prepared_.size()));
     made_.emplace_back();
     const Status status = std::visit([this](const auto& command) { return (*this)(command); }, commands[i]);
     if (!status.ok()) {

@@ -21,13 +21,16 @@ struct PreparedEntity {
   MassProperties mass;
 };
 
+/// About how much work it is to check or to apply one in a world of so many entities, in units of a WorkWatch.
+int64_t WorkOf(const Command& command, size_t entities);
+
 /// Checks a batch against the world as the earlier commands of the batch will leave it, so that applying it afterwards
 /// cannot fail half-way. Changes nothing.
 class CommandValidator {
  public:
   explicit CommandValidator(const World& world) : world_(world), settings_(WorldSettings(world)) {}
 
-  /// OK, or the first refusal with the path commands[i].<command>.<field>.
+  /// OK, or the first refusal with the path commands[i].<command>.<field>. Throws CutShort.
   Status Check(std::span<const Command> commands);
 
   /// One per CreateEntity and UpdateEntity of the batch, in order.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "contacts/direct_solve.h"
+#include "genphys/work_watch.h"
 
 namespace genphys {
 namespace {
@@ -23,6 +24,9 @@ constexpr double kNearlySettled = 1e-8;
 // rests lies that deep from step to step. With a tenth of it 1,000 boxes in a pile take a fifth longer to overlap no
 // less.
 constexpr double kLeastPush = 1e-5;
+
+// Of a WorkWatch.
+constexpr size_t kRowWork = 2;
 
 // Visits 0..count-1, of many points one of each half in turns: rows that follow each other mostly share a body, and
 // each of them would have to wait for what the one before it made of that. (A row takes 7 ns instead of 9.5.) Sweeps
@@ -97,6 +101,7 @@ void ContactSweeps::Impl::Sweep() {
   const size_t all = joints_.size() + normals_.size();
   size_t spare = iterations_ == kPresetIterations ? kPointUpdates : 0;
   for (uint32_t sweep = 1;; ++sweep) {
+    WorkWatch::Spend(static_cast<int64_t>(kRowWork * (all + frictions_.size())));
     const double residual = SweepOnce(sweep);
     if (residual <= kSettled) return;
     if (sweep >= iterations) {
@@ -166,6 +171,7 @@ void ContactSweeps::Impl::PushApart() {
   pushed_.Begin(moves_, is_small ? 0 : settled);
   const uint32_t iterations = Iterations();
   for (uint32_t sweep = 0; sweep < iterations; ++sweep) {
+    WorkWatch::Spend(static_cast<int64_t>(kRowWork * pushes_.size()));
     double largest = 0;
     pushed_.BeginSweep();
     for (ContactPush& push : pushes_) {

@@ -1,8 +1,10 @@
 #include "genphys/swept_world.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "genphys/push_spread.h"
+#include "genphys/work_watch.h"
 #include "model/cat.h"
 
 namespace genphys {
@@ -12,6 +14,10 @@ namespace {
 // cube of the rows.
 constexpr size_t kDirectContactsMax = 100;
 constexpr size_t kDirectRowsMax = 300;
+// Of a WorkWatch, for an island, and the rows up to which one may be solved all at once, which takes more than their
+// square.
+constexpr int64_t kIslandWork = 64;
+constexpr size_t kRowsAtOnce = 1000;
 
 }  // namespace
 
@@ -155,7 +161,12 @@ void SweptWorld::Solve(double step_size, std::span<const EntityRow> rows, StateA
     point.friction_impulse.setZero();
   }
   const Call call{step_size, state, contacts, joint_rows};
-  for (uint32_t island = 0; island < islands_.islands().size(); ++island) SolveIsland(island, call);
+  for (uint32_t number = 0; number < islands_.islands().size(); ++number) {
+    const Islands::Island& island = islands_.islands()[number];
+    const auto size = static_cast<int64_t>(std::min<size_t>(3 * island.contacts + island.joint_rows, kRowsAtOnce));
+    WorkWatch::Spend(kIslandWork + size * size);
+    SolveIsland(number, call);
+  }
 }
 
 void SweptWorld::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state,

@@ -6,10 +6,15 @@
 #include "genphys/backend.h"
 #include "genphys/bounds.h"
 #include "genphys/placement.h"
+#include "genphys/work_watch.h"
 #include "model/cat.h"
 
 namespace genphys {
 namespace {
+
+// Of a WorkWatch: to find that two are near each other, and to look where they touch.
+constexpr int64_t kVisitWork = 4;
+constexpr int64_t kTouchWork = 32;
 
 BroadPhase::HalfSpace HalfSpaceOf(const Plane& plane, const Placement& placement) {
   const Vector3 normal = placement.rotation * plane.normal;
@@ -101,6 +106,7 @@ std::span<const NearPairs::Pair> NearPairs::Update(const PairRule& rule) {
 }
 
 bool NearPairs::AddPair(const PairRule& rule, GeometryRow a, GeometryRow b) {
+  WorkWatch::Spend(kVisitWork);
   const PairRule::Verdict verdict = rule.Decide(a, b);
   if (verdict == PairRule::Verdict::kIgnore) return false;
   CheckPairs(pairs_.size() + found_.size() + 1, budget_.pairs);
@@ -140,6 +146,7 @@ void NearPairs::Collide(const PairRule& rule, BackendWorld& engine, ContactBuffe
   for (const Pair& pair : pairs_) {
     if (!MayTouch(pair)) continue;
     const auto first = contacts.points.size();
+    WorkWatch::Spend(kTouchWork);
     engine.FindPoints(pair.a, pair.b, contacts.points);
     const auto count = static_cast<uint32_t>(contacts.points.size() - first);
     if (count == 0) continue;
@@ -176,6 +183,7 @@ void NearPairs::CollideMoved(const PairRule& rule, BackendWorld& engine, const R
     }
     const bool is_known = next < known.size() && is_this();
     points_.clear();
+    WorkWatch::Spend(kTouchWork);
     if (MayTouch(pair)) engine.FindPoints(pair.a, pair.b, points_);
     if (points_.empty()) {
       if (is_known) let_go();

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "genphys/work_watch.h"
+
 namespace genphys {
 namespace {
 
@@ -28,6 +30,9 @@ constexpr double kFarther = 1e-6;
 // rad, by which the directions along which points are looked for lie beside the corners of a face: no corner of a
 // square or a polygon of 8, 16 or 32 corners lies as far along one as its neighbour does.
 constexpr double kAside = 0.07;
+
+// Of a WorkWatch, for each corner that may be cut off.
+constexpr int64_t kCutWork = 8;
 
 using Polygon = absl::InlinedVector<CutCorner, 8>;
 
@@ -77,6 +82,7 @@ void ClipToPolygon(const Side& reference, const Side& incident, double sign, Sea
   Vector3 middle = Vector3::Zero();
   for (const Vector3& corner : face.corners) middle += corner / static_cast<double>(face.corners.size());
   for (size_t i = 0; i < face.corners.size() && !polygon.empty(); ++i) {
+    WorkWatch::Look(kCutWork * static_cast<int64_t>(polygon.size()));
     const Vector3& from = face.corners[i];
     const Vector3& to = face.corners[(i + 1) % face.corners.size()];
     Vector3 outward = (to - from).cross(face.normal).normalized();

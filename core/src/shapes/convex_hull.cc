@@ -12,6 +12,7 @@
 
 #include "genphys/bounds.h"
 #include "genphys/limits.h"
+#include "genphys/work_watch.h"
 #include "model/cat.h"
 #include "model/validate.h"
 #include "shapes/hull_triangles.h"
@@ -29,6 +30,9 @@ constexpr double kThicknessMin = 1e-5;
 constexpr double kThinnest = 2 * Limits::kSizeMin * (1 - 1e-9);
 // Faces times vertices that are looked at for the thickness; the rest of a finer hull is too small to matter.
 constexpr size_t kThicknessWork = 4'000'000;
+
+// Of a WorkWatch.
+constexpr int64_t kPointWork = 1000;
 
 // The hull in the making: centred, and scaled to an extent of about one.
 struct Maker {
@@ -270,6 +274,7 @@ bool ConvexHull::operator==(const ConvexHull& o) const {
 
 Result<ConvexHull> MakeConvexHull(std::vector<Vector3> points) {
   GENPHYS_RETURN_IF_ERROR(CheckPoints(points));
+  WorkWatch::Spend(kPointWork * static_cast<int64_t>(points.size()));
   Bounds bounds{points[0], points[0]};
   for (const Vector3& p : points) bounds = bounds.Union({p, p});
   const Vector3 middle = (bounds.min + bounds.max) / 2;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "genphys/bounds.h"
+#include "genphys/work_watch.h"
 #include "shapes/box_contacts.h"
 #include "shapes/clipping.h"
 #include "shapes/separation.h"
@@ -13,6 +14,9 @@ namespace {
 
 // Points of two surfaces, of which one or both are sensors: that they meet is all that anybody wants to know.
 constexpr int kPointsOfSurfaces = 4;
+
+// Of a WorkWatch, for two shapes with few corners.
+constexpr int64_t kPairWork = 64;
 
 void TurnRound(Manifold& manifold) {
   for (int i = 0; i < manifold.count; ++i) {
@@ -59,7 +63,9 @@ void MeetSurfaces(const Shape& surface, const Shape& other, const Placement& pla
     const Vector3 first = here.Transform(triangle.corners[0]);
     Bounds bounds{first, first};
     for (const Vector3& corner : Moved(triangle, here).corners) bounds = bounds.Union({corner, corner});
+    WorkWatch::Look(kTriangleWork);
     VisitTrianglesIn(other, bounds.Widened(gap), [&](const SurfaceTriangle& theirs) {
+      WorkWatch::Look(kTriangleWork);
       const SurfaceTriangle moved = Moved(theirs, placement);
       const Separation separation = FindSeparation(solid, Solid(moved));
       if (separation.depth >= -gap) {
@@ -76,6 +82,7 @@ void MeetSurfaceAndPlane(const Shape& surface, const Plane& plane, const Placeme
   const Vector3 normal = placement.rotation * plane.normal;
   const double level = plane.offset + normal.dot(placement.position);
   const auto test = [&](const SurfaceTriangle& triangle) {
+    WorkWatch::Look(kTriangleWork);
     MeetHalfSpace(normal, level, Solid(triangle), gap, manifold);
     return manifold.count < kPointsOfSurfaces;
   };
@@ -150,6 +157,7 @@ bool IsForNarrowPhase(const Shape& a, const Shape& b) {
 void FindContacts(const Shape& a, const Placement& placement_a, const Shape& b, const Placement& placement_b,
                   double gap, Manifold& manifold) {
   manifold.count = 0;
+  WorkWatch::Look(kPairWork);
   const bool is_plane_b = std::holds_alternative<Plane>(b);
   if (is_plane_b && std::holds_alternative<Plane>(a)) return;
   if (IsSurface(a)) {

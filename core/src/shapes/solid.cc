@@ -7,6 +7,7 @@
 #include "genphys/bounds.h"
 #include "genphys/convex_hull.h"
 #include "genphys/inertia.h"
+#include "genphys/work_watch.h"
 
 namespace genphys {
 namespace {
@@ -58,6 +59,7 @@ uint32_t FarthestVertex(const HullData& hull, const Vector3& d) {
     return true;
   };
   if (hull.vertices.size() <= kScanMax) {
+    WorkWatch::Look(static_cast<int64_t>(hull.vertices.size()));
     for (uint32_t vertex = 1; vertex < hull.vertices.size(); ++vertex) look_at(vertex);
     return best;
   }
@@ -65,6 +67,7 @@ uint32_t FarthestVertex(const HullData& hull, const Vector3& d) {
   for (bool is_higher = true; is_higher;) {
     is_higher = false;
     const uint32_t here = best;
+    WorkWatch::Look(hull.neighbor_first[here + 1] - hull.neighbor_first[here]);
     for (uint32_t i = hull.neighbor_first[here]; i < hull.neighbor_first[here + 1]; ++i) {
       is_higher |= look_at(hull.neighbors[i]);
     }
@@ -145,6 +148,7 @@ SolidFeature FeatureOf(const ConvexHull& hull, const Vector3& d) {
     if (best == nullptr || face.normal.dot(d) > best->normal.dot(d)) best = &face;
   }
   SolidFeature feature{.normal = best->normal};
+  WorkWatch::Look(data.vertex_face_first[vertex + 1] - data.vertex_face_first[vertex] + best->count);
   for (const uint32_t corner : data.CornersOf(*best)) feature.corners.push_back(data.vertices[corner]);
   return feature;
 }

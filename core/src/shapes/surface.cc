@@ -10,11 +10,15 @@
 
 #include "genphys/convex_hull.h"
 #include "genphys/limits.h"
+#include "genphys/work_watch.h"
 #include "model/cat.h"
 #include "model/validate.h"
 
 namespace genphys {
 namespace {
+
+// Of a WorkWatch, for a corner of what is described.
+constexpr int64_t kPointWork = 100;
 
 // Height of a triangle over its longest side, in parts of that, below which it has no area.
 constexpr double kFlatTriangle = 1e-10;
@@ -277,6 +281,7 @@ bool Heightfield::operator==(const Heightfield& o) const {
 
 Result<TriangleMesh> MakeTriangleMesh(std::vector<Vector3> vertices, std::vector<uint32_t> indices) {
   GENPHYS_RETURN_IF_ERROR(CheckMesh(vertices, indices));
+  WorkWatch::Spend(kPointWork * static_cast<int64_t>(indices.size()));
   auto mesh = std::make_shared<MeshData>();
   mesh->vertices = std::move(vertices);
   mesh->indices = std::move(indices);
@@ -292,6 +297,7 @@ Result<TriangleMesh> MakeTriangleMesh(std::vector<Vector3> vertices, std::vector
 
 Result<Heightfield> MakeHeightfield(uint32_t rows, uint32_t columns, double cell_size, std::vector<double> heights) {
   GENPHYS_RETURN_IF_ERROR(CheckHeights(rows, columns, cell_size, heights));
+  WorkWatch::Spend(kPointWork * static_cast<int64_t>(heights.size()));
   auto field = std::make_shared<HeightfieldData>();
   field->rows = rows;
   field->columns = columns;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "genphys/bounds.h"
+#include "genphys/work_watch.h"
 #include "shapes/seams.h"
 #include "shapes/separation.h"
 
@@ -46,6 +47,7 @@ class Meeting {
         seams_(seams) {}
 
   void Meet(SurfaceTriangle triangle) {
+    WorkWatch::Look(kTriangleWork);
     for (Vector3& corner : triangle.corners) corner -= place_;
     const Vector3 up = triangle.AreaVector().normalized();
     const double level = up.dot(triangle.corners[0]);
@@ -206,6 +208,7 @@ PointSet SurfacePoints::InOrder(const PointSet& group) const {
   for (const MeetingPoint& point : group.points()) left.push_back(&point);
   PointSet ordered(gap_);
   for (const Vector3& corner : solid_.FeatureAt(-normal).corners) {
+    WorkWatch::Look(static_cast<int64_t>(left.size()));
     const auto found = std::ranges::find_if(left, [&](const MeetingPoint* point) {
       return (point->position - corner).cross(normal).squaredNorm() < same_ * same_;
     });

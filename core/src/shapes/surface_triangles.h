@@ -5,6 +5,7 @@
 #include <span>
 
 #include "genphys/surface.h"
+#include "genphys/work_watch.h"
 
 namespace genphys {
 
@@ -16,6 +17,9 @@ struct SurfaceTriangle {
 
   Vector3 AreaVector() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]); }
 };
+
+/// Of a WorkWatch, to look at one, or for those in some bounds.
+inline constexpr int64_t kTriangleWork = 32;
 
 /// Calls visit(triangle) for the triangles in whose bounds `test` is interested, in an order that is the same each
 /// time.
@@ -68,6 +72,7 @@ void VisitTriangles(const HeightfieldData& field, Test&& test, Visit&& visit) {
 /// Calls visit(vertex) for every vertex that shares an edge with vertex `number`.
 template <typename Visit>
 void VisitNeighbors(const MeshData& mesh, uint32_t number, Visit&& visit) {
+  WorkWatch::Look(mesh.neighbor_first[number + 1] - mesh.neighbor_first[number]);
   for (uint32_t i = mesh.neighbor_first[number]; i < mesh.neighbor_first[number + 1]; ++i) {
     visit(mesh.vertices[mesh.neighbors[i]]);
   }

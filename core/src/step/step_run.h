@@ -25,7 +25,7 @@ class StepRun {
  public:
   StepRun(World& world, double step_size);
 
-  /// BUDGET_EXCEEDED and DIVERGED leave all as it was; after DIVERGED the engine is gone.
+  /// All but OK leaves all as it was; after DIVERGED the engine is gone.
   Status Run();
 
  private:
@@ -63,6 +63,7 @@ class StepRun {
   void RestrainJoints(double h, std::vector<JointRow>& rows);
   void MoveKinematic(double h);
   void Undo();
+  void UndoLongWork();
   ContactBudget BudgetWithin() const;
   void StartMover(EntityRow row, Mover& mover);
   bool IsDynamic(EntityRow row) const;

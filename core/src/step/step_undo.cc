@@ -51,8 +51,8 @@ void StepUndo::Undo() {
   if (world_.near_ != nullptr) world_.near_->CancelDrift();
   if (has_solved_) {
     std::swap(world_.scratch_->solved_before, world_.solved_);
-    world_.engine_.reset();
   }
+  if (is_engine_spoilt_) world_.engine_.reset();
   if (passages_) world_.layer_.passages = *std::move(passages_);
   if (forces_) world_.layer_.forces = *std::move(forces_);
   for (auto saved = rows_.rbegin(); saved != rows_.rend(); ++saved) PutBack(*saved);
@@ -62,7 +62,7 @@ void StepUndo::Undo() {
   world_.woken_.clear();
   world_.roused_.clear();
   world_.aftermath_ = {};
-  if (had_engine) has_solved_ ? world_.RebuildEngine() : FindContacts();
+  if (had_engine) is_engine_spoilt_ ? world_.RebuildEngine(finds_contacts_) : FindContacts();
   for (const EntityRow row : unsettled_) world_.unsettled_.Unmark(row);
   for (const EntityRow row : let_go_) world_.let_go_.Unmark(row);
   // They are only to be looked for.
@@ -95,7 +95,8 @@ void StepUndo::FindContacts() {
   world_.contacts_stale_ = contacts_stale_;
   if (!has_lost_contacts_) return;
   world_.contacts_.Clear();
-  if (contacts_stale_) return;
+  if (!finds_contacts_) world_.contacts_stale_ = true;
+  if (world_.contacts_stale_) return;
   try {
     world_.near_->Collide(world_.rule_, *world_.engine_, world_.contacts_);
   } catch (const BudgetExceeded&) {

@@ -41,6 +41,10 @@ class StepUndo {
   void KeepSolved();
   /// Those of the step before are about to be overwritten.
   void LoseContacts() { has_lost_contacts_ = true; }
+  /// They may be found again by the next step, if they are lost: they are as they were then.
+  void LeaveContactsToBeFound() { finds_contacts_ = false; }
+  /// The engine is about to solve.
+  void SpoilEngine() { is_engine_spoilt_ = true; }
   /// These came from LayerState::lying to LayerState::touching.
   void Stirred(std::span<const TouchingPair> pairs) { stirred_.insert(stirred_.end(), pairs.begin(), pairs.end()); }
   /// World::unsettled_ and World::let_go_ came to have these.
@@ -48,13 +52,14 @@ class StepUndo {
   void HasLetGo(EntityRow row) { let_go_.push_back(row); }
   void Reserve(size_t rows) { rows_.reserve(rows_.size() + rows); }
 
-  /// Whether the engine has solved in this step.
-  bool has_solved() const { return has_solved_; }
+  /// Whether the engine has begun to solve in this step.
+  bool is_engine_spoilt() const { return is_engine_spoilt_; }
 
   std::span<const Row> rows() const { return rows_; }
 
   /// Puts columns and layer back, but for joints, and tells the engine if there still is one. An engine that has solved
-  /// in this step remembers that solve and not the one before, so it is made anew, as if it had been changed.
+  /// in this step remembers that solve and not the one before, or is in the middle of it, so it is made anew, as if it
+  /// had been changed.
   void Undo();
 
  private:
@@ -72,7 +77,9 @@ class StepUndo {
   std::vector<EntityRow> let_go_;
   double last_substep_;
   bool has_solved_ = false;
+  bool is_engine_spoilt_ = false;
   bool has_lost_contacts_ = false;
+  bool finds_contacts_ = true;
   bool contacts_stale_;
   RowSet stirred_rows_;
 };

@@ -116,6 +116,14 @@ Status World::OverBudget(std::string_view why, bool is_engine_new) const {
                     "or a collision space keep them from meeting, and step again"));
 }
 
+// Of a step that was cut short.
+Status World::Undone(const Status& why, bool is_engine_new) const {
+  const std::string message = Cat(MessageOf(why), " within step ", layer_.step + 1, ", which was undone",
+                                  is_engine_new ? "; the engine began anew" : "");
+  const std::optional<Refusal> refusal = RefusalOf(why);
+  return refusal ? Refuse(refusal->reason, refusal->field, message) : Status(why.code(), message);
+}
+
 Status World::Diverged(std::string_view why) {
   faulted_ = true;
   // The engine is beyond use after a fault, and its columns were not taken over. Queries do without.
@@ -169,7 +177,7 @@ void World::Reset() {
   RebuildEngine();
 }
 
-void World::RebuildEngine() {
+void World::RebuildEngine(bool recalls) {
   contacts_.Clear();
   contacts_stale_ = true;
   is_all_unsettled_ = true;
@@ -181,7 +189,7 @@ void World::RebuildEngine() {
   near_ = std::make_unique<NearPairs>();
   for (EntityRow row : RowsOfBodies()) AddToEngine(row);
   DropSolved();
-  engine_->Recall(solved_);
+  if (recalls) engine_->Recall(solved_);
 }
 
 // In order of ids.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "commands/command_validator.h"
+#include "genphys/work_watch.h"
 #include "genphys/world.h"
 #include "motion/free_rotation.h"
 #include "motion/locked_axes.h"
@@ -61,39 +62,56 @@ void GoOnWith(const Vector3& gained, const Vector3& turned, bool is_jointed, Hal
 Result<std::vector<CreatedId>> World::Apply(std::span<const Command> commands) {
   if (faulted_) return Refuse(Reason::kWorldFaulted, "", "the world is faulted: it can be read and reset");
   CommandValidator validator(*this);
-  GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
-  std::vector<CreatedId> created(commands.size());
+  try {
+    GENPHYS_RETURN_IF_ERROR(validator.Check(commands));
+  } catch (const CutShort& cut) {
+    return cut.why();
+  }
   if (!commands.empty()) ++changes_;
   const size_t first_event = events_.size();
+  std::vector<CreatedId> created;
   try {
-    auto prepared = validator.prepared().begin();
-    const auto resolve = [&](EntityRef& entity) {
-      if (entity.created_by_command) entity = {created[*entity.created_by_command], {}};
-    };
-    for (size_t i = 0; i < commands.size(); ++i) {
-      if (std::holds_alternative<CreateEntity>(commands[i])) {
-        created[i] = Create(std::move(prepared->desc), prepared->mass);
-        ++prepared;
-      } else if (const UpdateEntity* update = std::get_if<UpdateEntity>(&commands[i])) {
-        Update(*update, std::move(prepared->desc), prepared->mass);
-        ++prepared;
-      } else if (const CreateJoint* join = std::get_if<CreateJoint>(&commands[i])) {
-        JointDesc joint = join->joint;
-        resolve(joint.entity_a);
-        resolve(joint.entity_b);
-        created[i] = Join(std::move(joint));
-      } else if (const CreateForceField* create = std::get_if<CreateForceField>(&commands[i])) {
-        created[i] = CreateField(*create, created);
-      } else {
-        ApplyOne(commands[i]);
-      }
-    }
-    SettleAftermath();
+    created = ApplyAll(commands, validator.prepared());
   } catch (const EngineFault& fault) {
     FinishEvents(first_event);
     return Diverged(fault.what());
   }
   FinishEvents(first_event);
+  return created;
+}
+
+// What a command does it does to its end: nobody waits long for one.
+std::vector<CreatedId> World::ApplyAll(std::span<const Command> commands, std::vector<PreparedEntity>& prepared) {
+  std::vector<CreatedId> created;
+  created.reserve(commands.size());
+  auto next = prepared.begin();
+  const auto resolve = [&](EntityRef& entity) {
+    if (entity.created_by_command) entity = {created[*entity.created_by_command], {}};
+  };
+  for (const Command& command : commands) {
+    if (!created.empty() && !WorkWatch::Spent(WorkOf(command, entity_count_)).ok()) break;
+    const WorkWatch whole({});
+    CreatedId made;
+    if (std::holds_alternative<CreateEntity>(command)) {
+      made = Create(std::move(next->desc), next->mass);
+      ++next;
+    } else if (const UpdateEntity* update = std::get_if<UpdateEntity>(&command)) {
+      Update(*update, std::move(next->desc), next->mass);
+      ++next;
+    } else if (const CreateJoint* join = std::get_if<CreateJoint>(&command)) {
+      JointDesc joint = join->joint;
+      resolve(joint.entity_a);
+      resolve(joint.entity_b);
+      made = Join(std::move(joint));
+    } else if (const CreateForceField* create = std::get_if<CreateForceField>(&command)) {
+      made = CreateField(*create, created);
+    } else {
+      ApplyOne(command);
+    }
+    created.push_back(made);
+  }
+  const WorkWatch whole({});
+  SettleAftermath();
   return created;
 }
 

@@ -9,6 +9,7 @@
 #include "genphys/narrow_phase.h"
 #include "genphys/proximity.h"
 #include "genphys/ray_cast.h"
+#include "genphys/work_watch.h"
 #include "genphys/world.h"
 #include "model/cat.h"
 #include "model/validate.h"
@@ -33,9 +34,9 @@ Status CheckCount(size_t results, std::string_view field) {
                 Cat("there are more than ", Limits::kQueryResultsMax, " results: ask in smaller parts"));
 }
 
-// Asking takes about as long as one ray.
-constexpr size_t kRaysBetweenChecks = 100;
-constexpr size_t kShapesBetweenChecks = 10;
+// Of a WorkWatch, which is asked after about a hundred rays, or ten shapes.
+constexpr int64_t kRayWork = WorkWatch::kUsualSpell / 100;
+constexpr int64_t kShapeWork = WorkWatch::kUsualSpell / 10;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -46,11 +47,6 @@ Placement PlacementOf(const Pose& pose) { return ToPlacement({pose.position, pos
 Status World::CheckQuery(Feature feature) const {
   if (near_ != nullptr && backend_->capabilities().Has(feature)) return absl::OkStatus();
   return UnsupportedFeature(feature, scene_.world.engine, "");
-}
-
-// After `done` of what a query asks for, of which `every` so many are done without a look.
-Status World::CheckGoOn(size_t done, size_t every) const {
-  return query_check_ && done % every == 0 ? query_check_() : absl::OkStatus();
 }
 
 Status World::CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) const {
@@ -87,7 +83,7 @@ Result<std::vector<RayHit>> World::CastRays(std::span<const Ray> rays, uint64_t 
   GENPHYS_RETURN_IF_ERROR(CheckRays(rays));
   std::vector<RayHit> hits(rays.size());
   for (size_t i = 0; i < rays.size(); ++i) {
-    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kRaysBetweenChecks));
+    WorkWatch::Spend(kRayWork);
     hits[i] = CastRay(rays[i], collides_with_bits);
   }
   return hits;
@@ -118,7 +114,7 @@ Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<cons
   const double whole = 1;
   size_t count = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
-    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kRaysBetweenChecks));
+    WorkWatch::Spend(kRayWork);
     near_->VisitRay(rays[i], whole, [&](GeometryRow row) {
       if (!rule_.SeenByRay(row, collides_with_bits)) return;
       const auto [geometry, placement] = Placed(row);
@@ -145,7 +141,7 @@ Result<std::vector<ShapeCastHit>> World::CastShape(const Shape& shape, std::span
   std::vector<ShapeCastHit> hits(poses.size());
   for (size_t i = 0; i < poses.size(); ++i) {
     GENPHYS_RETURN_IF_ERROR(CheckVector(translations[i], Limits::kRayLengthMax, Cat("translations[", i, "]")));
-    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
+    WorkWatch::Spend(kShapeWork);
     const Placement placement = PlacementOf(poses[i]);
     const Bounds start = BoundsOf(shape, placement);
     const Bounds end{start.min + translations[i], start.max + translations[i]};
@@ -166,7 +162,7 @@ Result<std::vector<std::vector<GeometryId>>> World::FindOverlaps(const Shape& sh
   Manifold manifold;
   size_t count = 0;
   for (size_t i = 0; i < poses.size(); ++i) {
-    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
+    WorkWatch::Spend(kShapeWork);
     const Placement placement = PlacementOf(poses[i]);
     for (const GeometryRow row : RowsIn(BoundsOf(shape, placement), collides_with_bits)) {
       const auto [geometry, there] = Placed(row);
@@ -205,7 +201,7 @@ Result<std::vector<ClosestPoints>> World::FindClosest(const Shape& shape, std::s
   GENPHYS_RETURN_IF_ERROR(CheckNumber(distance_max, 0, Limits::kRayLengthMax, "distance_max"));
   std::vector<ClosestPoints> closest(poses.size());
   for (size_t i = 0; i < poses.size(); ++i) {
-    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
+    WorkWatch::Spend(kShapeWork);
     closest[i] = ClosestTo(shape, PlacementOf(poses[i]), distance_max, collides_with_bits);
   }
   return closest;
@@ -220,7 +216,7 @@ Result<std::vector<ClosestPoints>> World::MeasureDistances(std::span<const Entit
   for (size_t i = 0; i < from.size(); ++i) {
     GENPHYS_RETURN_IF_ERROR(CheckId(from[i], Cat("from_ids[", i, "]")));
     GENPHYS_RETURN_IF_ERROR(CheckId(to[i], Cat("to_ids[", i, "]")));
-    GENPHYS_RETURN_IF_ERROR(CheckGoOn(i, kShapesBetweenChecks));
+    WorkWatch::Spend(kShapeWork);
     for (const GeometryRow row : geometry_rows_[from[i].index()]) {
       const auto [geometry, placement] = Placed(row);
       for (const GeometryRow other_row : geometry_rows_[to[i].index()]) {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "genphys/limits.h"
+#include "genphys/work_watch.h"
 #include "model/cat.h"
 #include "model/validate.h"
 #include "motion/free_rotation.h"
@@ -65,10 +66,17 @@ Status StepRun::Run() {
     if (!rows_.empty() || !kinematic_rows_.empty()) {
       ++world_.changes_;
       try {
+        const WorkBudget budget(world_.budget_.looks);
         Advance();
       } catch (const BudgetExceeded& why) {
         Undo();
-        return world_.OverBudget(why.what(), undo_.has_solved());
+        return world_.OverBudget(why.what(), undo_.is_engine_spoilt());
+      } catch (const TooMuchWork& why) {
+        UndoLongWork();
+        return world_.OverBudget(why.what(), undo_.is_engine_spoilt());
+      } catch (const CutShort& cut) {
+        UndoLongWork();
+        return world_.Undone(cut.why(), undo_.is_engine_spoilt());
       } catch (const EngineFault& fault) {
         // It is beyond use after a fault.
         world_.engine_.reset();
@@ -108,6 +116,13 @@ void StepRun::CollectRows() {
     const EntityRow row{index};
     (IsDynamic(row) ? rows_ : kinematic_rows_).push_back(row);
   });
+}
+
+// What took too long is not done once more for the sake of how it was before.
+void StepRun::UndoLongWork() {
+  const WorkWatch whole({});
+  undo_.LeaveContactsToBeFound();
+  Undo();
 }
 
 void StepRun::Undo() {
@@ -319,6 +334,7 @@ void StepRun::Solve(double h) {
   std::vector<JointRow>& rows = locked_.Write(world_.contacts_, joints_.Write(h));
   const std::span<JointRow> left = joints_.Solve(solver_, h, rows_, world_.contacts_, rows);
   world_.engine_->ScaleInertia(joints_.scales());
+  undo_.SpoilEngine();
   world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
   SolveMisdrawn(h, left);
   joints_.TakeLeft(rows);

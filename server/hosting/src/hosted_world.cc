@@ -154,7 +154,7 @@ Status HostedWorld::CheckSteppable() const {
 Result<std::vector<CreatedId>> HostedWorld::Apply(std::span<const Command> commands) {
   GENPHYS_RETURN_IF_ERROR(CheckUsable());
   Result<std::vector<CreatedId>> created = world_->Apply(commands);
-  if (created.ok()) keyframes_.FollowCommands(*world_, commands);
+  if (created.ok()) keyframes_.FollowCommands(*world_, commands.first(created->size()));
   return created;
 }
 
@@ -372,7 +372,7 @@ std::optional<Pace::Clock::time_point> HostedWorld::Play(Pace::Clock::time_point
     const Status status = Step(std::nullopt);
     is_quiet = Publish() == nullptr && world_->changes() == changes && pace_->is_timed();
     if (!status.ok()) {
-      spdlog::error("{} stopped playing: {}", name_, MessageOf(status));
+      if (!absl::IsCancelled(status)) spdlog::error("{} stopped playing: {}", name_, MessageOf(status));
       Stop();
       return std::nullopt;
     }

@@ -11,6 +11,7 @@
 
 #include "genphys/backend.h"
 #include "genphys/hosting/world_methods.h"
+#include "genphys/work_watch.h"
 #include "hosted_world.h"
 #include "step_call.h"
 
@@ -105,23 +106,8 @@ Result<EncodedMessage> AnswerAny(HostedWorld& hosted, const WorldCall& call) {
   return absl::InternalError("no handler for this method");
 }
 
-// For as long as it lives, a query of the world ends when nobody waits for it any more.
-class QueryCheck {
- public:
-  QueryCheck(World& world, const WorldCall& call) : world_(world) {
-    world_.set_query_check([&call] { return call.CheckWanted(); });
-  }
-  ~QueryCheck() { world_.set_query_check({}); }
-  QueryCheck(const QueryCheck&) = delete;
-  QueryCheck& operator=(const QueryCheck&) = delete;
-
- private:
-  World& world_;
-};
-
 Result<EncodedMessage> AnswerShort(HostedWorld& hosted, const WorldCall& call) {
   if (!ChangesNothing(call.method)) return AnswerAny(hosted, call);
-  const QueryCheck check(hosted.world(), call);
   try {
     return AnswerAny(hosted, call);
   } catch (const std::bad_alloc&) {
@@ -209,6 +195,7 @@ std::shared_ptr<Subscription> InProcessHost::Watch(WorldMethod method, Bytes req
 }
 
 void InProcessHost::Drain(Status why) {
+  draining_ = true;
   strand_->PostUrgent([self = shared_from_this(), why] {
     self->hosted_->Stop();
     self->hosted_->events()->End(why);
@@ -227,6 +214,7 @@ void InProcessHost::Finish(Pending& pending, const Result<EncodedMessage>& outco
 }
 
 Progress InProcessHost::Serve(Pending& pending) {
+  const WorkWatch watch([&] { return closing_ ? WorldIsGone(pending.call.method) : pending.call.CheckWanted(); });
   try {
     if (closing_) {
       Finish(pending, WorldIsGone(pending.call.method));
@@ -240,6 +228,9 @@ Progress InProcessHost::Serve(Pending& pending) {
     }
     hosted_->CatchUp();
     return pending.call.method == WorldMethod::kStep ? ServeStep(pending) : ServeShort(pending);
+  } catch (const CutShort& cut) {
+    // Thrown by what has changed nothing yet.
+    FinishAndKeep(pending, cut.why(), false);
   } catch (const std::bad_alloc&) {
     Finish(pending, Broken(NoMemory()));
   } catch (const EngineFault& fault) {
@@ -307,6 +298,9 @@ void InProcessHost::PostPlay(uint64_t generation) {
 
 void InProcessHost::Play(uint64_t generation) {
   if (closing_ || generation != play_generation_) return;
+  const WorkWatch watch([&] {
+    return closing_ || draining_ ? absl::CancelledError("the world does not play any more") : absl::OkStatus();
+  });
   try {
     const auto now = std::chrono::steady_clock::now();
     const auto next = hosted_->Play(now + kSlice);

@@ -12,6 +12,7 @@
 #include "genphys/wire/encode.h"
 #include "genphys/wire/error.h"
 #include "genphys/wire/wire_format.h"
+#include "genphys/work_watch.h"
 
 namespace genphys {
 
@@ -74,6 +75,10 @@ Status StepCall::Begin() {
   for (const CreatedId id : *created) response_.add_results()->set_created_id(id.packed());
   if (commands->empty()) return absl::OkStatus();
   has_effect_ = true;
+  if (created->size() < commands->size()) {
+    Collect(hosted_.Publish());
+    return Failed(WorkWatch::Ask(), static_cast<uint32_t>(created->size()));
+  }
   // With steps to come, viewers need no frame of the state between.
   Collect(steps_wanted_ == 0 ? hosted_.Publish() : hosted_.PublishEvents());
   return absl::OkStatus();
@@ -97,12 +102,14 @@ Status StepCall::TakeRequest(Result<std::vector<Command>>& commands) {
   return absl::OkStatus();
 }
 
-Status StepCall::Failed(const Status& status) const {
+Status StepCall::Failed(const Status& status, std::optional<uint32_t> commands_done) const {
   EarlyEnd end{steps_done_, hosted_.world().layer_state().step};
+  end.commands_done = commands_done;
   for (const v1::CommandResult& command : response_.results()) {
     end.created.push_back(EntityId::FromPacked(command.created_id()));
   }
-  std::string message = MessageOf(status) + "; of this call stay done: its commands and " +
+  const std::string commands = commands_done ? std::to_string(*commands_done) + " of its commands" : "its commands";
+  std::string message = MessageOf(status) + "; of this call stay done: " + commands + " and " +
                         std::to_string(end.steps_done) + " of " + std::to_string(steps_wanted_) +
                         " steps, which led to step " + std::to_string(end.step);
   const std::optional<Refusal> refusal = RefusalOf(status);

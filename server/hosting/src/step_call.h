@@ -34,7 +34,8 @@ class StepCall {
   Status Begin();
   Status TakeRequest(Result<std::vector<Command>>& commands);
   Status CheckTime() const;
-  Status Failed(const Status& status) const;
+  // All of its commands are done, or so many.
+  Status Failed(const Status& status, std::optional<uint32_t> commands_done = {}) const;
   void Collect(const std::shared_ptr<const EventChunk>& chunk);
   EncodedMessage Finish();
   EncodedMessage WithFrame() const;

@@ -8,11 +8,12 @@
 
 namespace genphys {
 
-/// How far a call of several steps came before it failed: its commands are done.
+/// How far a call of several steps came before it failed: its commands are done, or the first of them.
 struct EarlyEnd {
-  uint32_t steps_done = 0;              // of this call
-  uint64_t step = 0;                    // of the world then
-  std::vector<CreatedId> created = {};  // one per command, null where it created nothing; empty: not told
+  uint32_t steps_done = 0;                     // of this call
+  uint64_t step = 0;                           // of the world then
+  std::vector<CreatedId> created = {};         // one per command, null where it created nothing; empty: not told
+  std::optional<uint32_t> commands_done = {};  // set: these, and no others
   bool operator==(const EarlyEnd&) const = default;
 };
 

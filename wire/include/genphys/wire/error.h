@@ -12,8 +12,8 @@ namespace genphys {
 inline constexpr std::string_view kErrorDomain = "genphys";
 
 /// `status` as a client receives it in grpc-status-details-bin: code and message, and for a refusal and for what has
-/// an EarlyEnd one ErrorInfo (domain "genphys", metadata "field", "steps_done", "step" and "created_ids" where there is
-/// one) and, with a field to blame, a BadRequest.
+/// an EarlyEnd one ErrorInfo (domain "genphys", metadata "field", "steps_done", "step", "commands_done" and
+/// "created_ids" where there is one) and, with a field to blame, a BadRequest.
 google::rpc::Status EncodeStatus(const Status& status);
 
 /// The same status with its refusal and its EarlyEnd restored. Details of other domains and unknown reasons are left

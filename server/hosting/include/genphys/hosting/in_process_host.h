@@ -63,6 +63,7 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
   std::atomic<size_t> waiting_calls_ = 0;
   std::atomic<size_t> waiting_bytes_ = 0;
   std::atomic<bool> closing_ = false;
+  std::atomic<bool> draining_ = false;
   std::atomic<std::chrono::nanoseconds> last_step_ = std::chrono::nanoseconds::max();  // how long it took
   // On the strand.
   ReplyCache replies_;

@@ -45,10 +45,9 @@ struct WorldCall {
   Bytes request;           // encoded
   std::string request_id;  // as in the request; empty: none
   bool has_commands = false;
-  /// Work stops at the next step boundary after it.
+  /// Work stops soon after it: see WorkWatch.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  /// Whether nobody waits any more; work stops at the next step boundary then. Asked until the reply is made. Empty:
-  /// somebody always does.
+  /// Whether nobody waits any more; work stops soon then. Asked until the reply is made. Empty: somebody always does.
   std::function<bool()> is_cancelled;
   /// Where the last step took less, this one is done on the thread that brings it: waking another one takes tens of
   /// microseconds. Zero: it has others to bring.
