@@ -208,5 +208,29 @@ TEST_P(Batches, PutManyIntoOnePlaceInAboutTheTimeThatManyPlacesTake) {
   EXPECT_LT(time_of(0), 8 * usual);
 }
 
+TEST_P(Batches, MakeOnlyTheLastOfSeveralEnginesInARow) {
+  const auto world = MakeWorld(), twin = MakeWorld();
+  std::vector<Command> commands;
+  for (int i = 0; i < 2000; ++i) commands.push_back(CreateEntity{Ball({1.5 * (i % 50), 1.5 * (i / 50), 0.5})});
+  for (World* each : {world.get(), twin.get()}) {
+    ASSERT_TRUE(each->Apply(commands).ok());
+    Steps(*each, 2);
+  }
+  const auto time_of = [](World& of, const std::vector<Command>& batch) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_TRUE(of.Apply(batch).ok());
+    return std::chrono::steady_clock::now() - begin;
+  };
+  const auto once = time_of(*twin, {SetEngine{"none"}, SetGravity{{0, 0, -9}}, SetEngine{GetParam()}});
+  commands.assign(1, SetGravity{{0, 0, -9}});
+  for (int i = 0; i < 400; ++i) commands.push_back(SetEngine{i % 2 == 0 ? "none" : GetParam()});
+
+  EXPECT_LT(time_of(*world, commands), 50 * once);
+
+  EXPECT_EQ(world->StateHash(), twin->StateHash());
+  for (World* each : {world.get(), twin.get()}) Steps(*each, 3);
+  EXPECT_EQ(world->StateHash(), twin->StateHash());
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -152,6 +152,7 @@ class World {
   void Halt(EntityId id);
   void DropLockedOf(EntityRow row);
   std::vector<CreatedId> ApplyAll(std::span<const Command> commands, std::vector<PreparedEntity>& prepared);
+  void MakeDueEngine();
   void ApplyOne(const Command& command);
   void Grow();
   void AttachBody(EntityRow row);
@@ -269,6 +270,7 @@ class World {
     std::vector<EntityId> unsampled;        // nor does what is left of sampled ones
     size_t looks = 0;                       // at who rests where something was put
     std::shared_ptr<SleeperTree> sleepers;  // set: who sleeps there is looked for here
+    bool is_engine_due = false;             // another one was chosen, and is not there yet
   };
   Aftermath aftermath_;
   RowSet stirred_;              // of whom LayerState::lying may tell, though they are active

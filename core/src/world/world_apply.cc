@@ -91,6 +91,9 @@ std::vector<CreatedId> World::ApplyAll(std::span<const Command> commands, std::v
   for (const Command& command : commands) {
     if (!created.empty() && !WorkWatch::Spent(WorkOf(command, entity_count_)).ok()) break;
     const WorkWatch whole({});
+    const auto* engine = std::get_if<SetEngine>(&command);
+    // Of several engines in a row only the last one is made.
+    if (engine == nullptr) MakeDueEngine();
     CreatedId made;
     if (std::holds_alternative<CreateEntity>(command)) {
       made = Create(std::move(next->desc), next->mass);
@@ -111,8 +114,13 @@ std::vector<CreatedId> World::ApplyAll(std::span<const Command> commands, std::v
     created.push_back(made);
   }
   const WorkWatch whole({});
+  MakeDueEngine();
   SettleAftermath();
   return created;
+}
+
+void World::MakeDueEngine() {
+  if (std::exchange(aftermath_.is_engine_due, false)) RebuildEngine();
 }
 
 void World::ApplyOne(const Command& command) {
@@ -146,7 +154,7 @@ void World::ApplyOne(const Command& command) {
   } else if (const auto* engine = std::get_if<SetEngine>(&command)) {
     if (engine->engine != scene_.world.engine) {
       scene_.world.engine = engine->engine;
-      RebuildEngine();
+      aftermath_.is_engine_due = true;
     }
   } else if (const auto* columns = std::get_if<ApplyForceColumns>(&command)) {
     for (size_t i = 0; i < columns->ids.size(); ++i) {
