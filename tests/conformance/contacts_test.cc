@@ -92,6 +92,33 @@ TEST_P(Contacts, SlidingStopsWhereCoulombSays) {
   }
 }
 
+TEST_P(Contacts, TellOfAllFrictionThatStopsABox) {
+  Proves({Claim::kContactImpulses, Claim::kKineticFriction});
+  constexpr double kMass = 3, kSpeed = 0.3, kFriction = 0.5;
+  for (const uint32_t substeps : {1u, 2u, 4u, 8u}) {
+    WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}, .stepper = {.substeps = substeps}};
+    desc.recorded_events.persisting_contacts = true;
+    const auto world = testing::MakeWorld(desc);
+    EntityDesc crate = Body(Box{{0.2, 0.2, 0.05}}, {0, 0, 0.05}, kMass);
+    crate.rigid_body->linear_velocity = {kSpeed, 0, 0};
+    Add(*world, crate);
+    Vector3 told = Vector3::Zero();
+    for (int i = 0; i < 12; ++i) {
+      Steps(*world, 1);
+      const auto add = [&](const std::vector<EventContactPoint>& points) {
+        for (const EventContactPoint& point : points) told += point.friction_impulse;
+      };
+      const std::vector<Event> events = world->TakeEvents();
+      for (const ContactBegan& began : Of<ContactBegan>(events)) add(began.points);
+      for (const ContactPersisted& persisted : Of<ContactPersisted>(events)) add(persisted.points);
+    }
+    // A solve is for the time from the middle of a substep to that of the next one.
+    const double late = kFriction * kMass * kGravity * SubstepOf(*world);
+    EXPECT_NEAR(told.x(), -kMass * kSpeed, late) << substeps;
+    EXPECT_NEAR(told.y(), 0, kRounded) << substeps;
+  }
+}
+
 TEST_P(Contacts, KineticFrictionBrakesAndStaticFrictionHolds) {
   Proves({Claim::kKineticFriction, Claim::kStaticFriction});
   const auto world = MakeWorld();

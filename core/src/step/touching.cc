@@ -12,9 +12,12 @@ bool DeepEnough(const ContactBuffer& contacts, const ContactPair& pair) {
                              [](const ContactPoint& point) { return point.depth >= kTouchingDepth; });
 }
 
-double NormalImpulse(const std::vector<EventContactPoint>& points) {
-  double sum = 0;
-  for (const EventContactPoint& point : points) sum += point.normal_impulse;
+ContactImpulse ImpulseOf(const std::vector<EventContactPoint>& points) {
+  ContactImpulse sum;
+  for (const EventContactPoint& point : points) {
+    sum.normal += point.normal_impulse;
+    sum.friction += point.friction_impulse;
+  }
   return sum;
 }
 
@@ -67,13 +70,16 @@ void StepTouches::Merge(const ContactBuffer& contacts, bool solved) {
       if (WillBeTold(pair) && (solved || !touch.solved)) Collect(contacts, contacts.pairs[first->place], points);
     }
     // Of several substeps the one is shown in which most was passed on.
-    const double before = NormalImpulse(touch.points), now = NormalImpulse(points);
-    if (!points.empty() && now >= before) {
+    const ContactImpulse before = ImpulseOf(touch.points), now = ImpulseOf(points);
+    const bool is_shown = !points.empty() && now.normal >= before.normal;
+    if (is_shown) {
       std::swap(points, touch.points);
       // What that one found of their velocities may be what the first hit left of them.
       if (touch.first.empty() && !Touched(pair)) touch.first = std::move(points);
     }
-    touch.earlier_impulse += std::min(before, now);
+    const ContactImpulse& other = is_shown ? before : now;
+    touch.earlier.normal += other.normal;
+    touch.earlier.friction += other.friction;
     touch.solved = touch.solved || solved;
   }
   for (; known != touches_.end(); ++known) merged.push_back(std::move(*known));
@@ -128,13 +134,13 @@ std::vector<TouchingPair> StepTouches::Pairs() const {
 
 std::vector<EventContactPoint> StepTouches::PointsOf(const Touch& touch) {
   std::vector<EventContactPoint> points = touch.points;
-  // Impulses are told per step: those of earlier substeps are shared out like those of the last one.
-  const double shown = NormalImpulse(points);
-  if (shown > 0 && touch.earlier_impulse > 0) {
-    const double scale = (shown + touch.earlier_impulse) / shown;
+  // Impulses are told per step: those of other substeps are shared out as these points press.
+  const double shown = ImpulseOf(points).normal;
+  if (shown > 0) {
     for (EventContactPoint& point : points) {
-      point.normal_impulse *= scale;
-      point.friction_impulse *= scale;
+      const double part = point.normal_impulse / shown;
+      point.normal_impulse += part * touch.earlier.normal;
+      point.friction_impulse += part * touch.earlier.friction;
     }
   }
   for (EventContactPoint& point : points) {

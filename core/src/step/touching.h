@@ -11,6 +11,12 @@
 
 namespace genphys {
 
+/// What the points of a contact pass on together.
+struct ContactImpulse {
+  double normal = 0;                   // N*s, the sum of all
+  Vector3 friction = Vector3::Zero();  // N*s
+};
+
 /// Gathers who touched whom in one step, over its substeps, and tells what began, went on and ended. Every engine's
 /// contacts pass through here, so all of them report alike. Points are kept only of pairs that will be told of.
 class StepTouches {
@@ -43,8 +49,8 @@ class StepTouches {
  private:
   struct Touch {
     TouchingPair pair;
-    bool solved = false;         // `points` carry impulses
-    double earlier_impulse = 0;  // N*s along normals, of substeps besides the one that `points` shows
+    bool solved = false;     // `points` carry impulses
+    ContactImpulse earlier;  // of substeps besides the one that `points` shows
     std::vector<EventContactPoint> points;
     std::vector<EventContactPoint> first;  // in the step, of those who touched nobody before it
   };
