@@ -190,6 +190,55 @@ TEST_P(LiveChanges, AKinematicEntityLetGoKeepsItsVelocity) {
   EXPECT_LE((SpinOf(*world, id) - Vector3(0, 0, 1)).norm(), kRounding);
 }
 
+// What is told of contacts and sensors in the next step.
+struct TouchesTold {
+  size_t begun = 0, ended = 0, persisted = 0, entered = 0, left = 0;
+  bool operator==(const TouchesTold&) const = default;
+};
+
+TouchesTold NextOf(World& world) {
+  Steps(world, 1);
+  const std::vector<Event> events = world.TakeEvents();
+  return {Of<ContactBegan>(events).size(), Of<ContactEnded>(events).size(), Of<ContactPersisted>(events).size(),
+          Of<SensorEntered>(events).size(), Of<SensorLeft>(events).size()};
+}
+
+TEST_P(LiveChanges, WhoKeepsHisSurfacesGoesOnTouching) {
+  Proves({Claim::kContactEvents, Claim::kSensors, Claim::kMotionTypes});
+  WorldDesc desc{.engine = GetParam(), .gravity = {0, 0, -kGravity}};
+  desc.recorded_events.persisting_contacts = true;
+  const auto world = testing::MakeWorld(desc);
+  EntityDesc gate = Crate({0, 0, 1}, 1);
+  gate.rigid_body->motion_type = MotionType::kStatic;
+  gate.rigid_body->geometries[0].is_sensor = true;
+  Add(*world, gate);
+  const EntityId low = Add(*world, Crate({0, 0, 0.5})), high = Add(*world, Crate({0, 0, 1.5}));
+  Steps(*world, 20);
+  world->TakeEvents();
+  // Of the floor and the lower one, and of the two.
+  const TouchesTold as_before{.persisted = 2};
+
+  for (const EntityId id : {low, high}) {
+    Update(*world, id, {EntityField::kInertia}, [](EntityDesc& now) { now.rigid_body->inertia.mass = 1.5; });
+    EXPECT_EQ(NextOf(*world), as_before) << "another mass";
+    Update(*world, id, {EntityField::kGeometries},
+           [](EntityDesc& now) { now.rigid_body->geometries[0].material.friction = 0.3; });
+    EXPECT_EQ(NextOf(*world), as_before) << "other friction";
+    Update(*world, id, {EntityField::kErrorCorrection},
+           [](EntityDesc& now) { now.rigid_body->error_correction.slop = 1e-4; });
+    EXPECT_EQ(NextOf(*world), as_before) << "other error correction";
+  }
+  // It no longer touches the floor, which does not move either, but who lies on it does.
+  SetMotion(*world, low, MotionType::kKinematic);
+  EXPECT_EQ(NextOf(*world), (TouchesTold{.ended = 1, .persisted = 1}));
+
+  Update(*world, high, {EntityField::kGeometries},
+         [](EntityDesc& now) { now.rigid_body->geometries[0].shape = Box{Vector3::Constant(0.4)}; });
+  const TouchesTold smaller = NextOf(*world);
+  EXPECT_EQ(smaller.ended, 1u) << "it hangs above the other one";
+  EXPECT_EQ(smaller.begun + smaller.persisted, 0u);
+}
+
 TEST_P(LiveChanges, AForceThatActsGoesOnWhileABodyIsReshaped) {
   Proves({Claim::kForce});
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());

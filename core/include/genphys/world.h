@@ -263,7 +263,8 @@ class World {
   struct Aftermath {
     std::vector<EntityRow> stirred;         // wake with their islands
     std::vector<EntityId> displaced;        // whoever touches them wakes
-    std::vector<EntityId> detached;         // touch nobody any more
+    std::vector<EntityId> detached;         // what solves tell of them is over
+    std::vector<EntityId> reshaped;         // and so is that they touch anybody
     std::vector<EntityId> pushed;           // where springs tie them to others, all wake
     std::vector<EntityId> deleted;          // fields act on them no more
     std::map<EntityId, size_t> forceless;   // nor do so many of the first forces
@@ -283,8 +284,7 @@ class World {
   RowMarks let_go_;                // of these, whom something held or touched that went
   bool is_all_unsettled_ = false;  // another engine may see other contacts
   bool faulted_ = false;
-  uint32_t entity_count_ = 0;
-  uint32_t joint_count_ = 0;
+  uint32_t entity_count_ = 0, joint_count_ = 0;
   bool record_stats_ = false;
   StepStats stats_;
   std::vector<Event> events_;

@@ -106,8 +106,8 @@ void World::GatherSleepers() {
 }
 
 void World::SettleAftermath() {
-  for (auto* ids :
-       {&aftermath_.displaced, &aftermath_.detached, &aftermath_.pushed, &aftermath_.deleted, &aftermath_.unsampled}) {
+  for (auto* ids : {&aftermath_.displaced, &aftermath_.detached, &aftermath_.reshaped, &aftermath_.pushed,
+                    &aftermath_.deleted, &aftermath_.unsampled}) {
     Order(*ids);
   }
   EndTouches();
@@ -119,6 +119,7 @@ void World::SettleAftermath() {
   WakeStirred();
   aftermath_.displaced.clear();
   aftermath_.detached.clear();
+  aftermath_.reshaped.clear();
   aftermath_.pushed.clear();
   aftermath_.deleted.clear();
   aftermath_.sleepers.reset();
@@ -139,8 +140,19 @@ void World::EndTouches() {
   const auto restart = [&](EntityId id) {
     if (state_.ids[id.index()] == id) layer_.half_steps[id.index()].RestartNowAndThen();
   };
+  // Who was only made heavier, say, goes on touching, unless the next step finds that the two parted.
+  const auto may_touch = [&](EntityId id) {
+    return state_.ids[id.index()] == id && !std::ranges::binary_search(aftermath_.reshaped, id);
+  };
   const auto is_over = [&](const TouchingPair& touching) {
-    return is_detached(touching.pair.a) || is_detached(touching.pair.b);
+    const auto& [a, b] = touching.pair;
+    if (!is_detached(a) && !is_detached(b)) return false;
+    const auto verdict = touching.is_sensor ? PairRule::Verdict::kSensor : PairRule::Verdict::kCollide;
+    const auto meets = [&](GeometryRow own) {
+      return std::ranges::any_of(geometry_rows_[b.index()],
+                                 [&](GeometryRow other) { return rule_.Decide(own, other) == verdict; });
+    };
+    return !(may_touch(a) && may_touch(b) && std::ranges::any_of(geometry_rows_[a.index()], meets));
   };
   std::vector<TouchingPair> ended;
   const auto leave = [&](const TouchingPair& touching) {

@@ -40,6 +40,15 @@ bool IsSame(const MassProperties& a, const MassProperties& b) {
   return a.mass == b.mass && a.center_of_mass == b.center_of_mass && a.tensor == b.tensor;
 }
 
+// Whether whoever touches the one touches the other, unless that one may no more: surfaces may be of another material.
+bool HasSameSurfaces(const EntityDesc& a, const EntityDesc& b) {
+  const auto is_same = [](const Geometry& one, const Geometry& other) {
+    return one.shape == other.shape && one.pose_in_entity == other.pose_in_entity && one.is_sensor == other.is_sensor;
+  };
+  return a.rigid_body && b.rigid_body &&
+         std::ranges::equal(a.rigid_body->geometries, b.rigid_body->geometries, is_same);
+}
+
 // But for what rounding makes of its length.
 bool IsSame(const Quaternion& unit, const Quaternion& any) {
   constexpr double kRounding = 4e-16;
@@ -277,6 +286,7 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     const HalfStep half = layer_.half_steps[slot];
     const bool is_other =
         !had_body || !desc->rigid_body || entity.desc->rigid_body->geometries != desc->rigid_body->geometries;
+    if (!HasSameSurfaces(*entity.desc, *desc)) aftermath_.reshaped.push_back(command.id);
     DetachBody(row);
     entity.Become(std::move(desc), mass);
     AttachBody(row);
