@@ -77,6 +77,27 @@ TEST_P(MovingShapes, SlideDownAHeightfieldWithGSinA) {
   }
 }
 
+TEST_P(MovingShapes, StayWhereTheyHoverBesideARidgeHoweverSteep) {
+  Proves({Claim::kHeightfield, Claim::kSphere, Claim::kBox, Claim::kCapsule, Claim::kCylinder, Claim::kConvexHull});
+  constexpr double kCell = 0.4, kClear = 0.04;
+  const Vector3 small = Vector3::Constant(0.03);
+  for (const double height : {0.2, 0.4, 0.6, 1.0}) {
+    const auto ridge = [&](double x, double y) { return std::abs(x - y) < kCell / 4 ? height : 0.0; };
+    const double across = kCell / std::sqrt(2);
+    const Vector3 up = Vector3(height / std::sqrt(2), -height / std::sqrt(2), across).normalized();
+    for (const Shape& shape : {Shape{Sphere{0.03}}, Shape{Box{small}}, Shape{Capsule{0.02, 0.01}},
+                               Shape{Cylinder{0.02, 0.02}}, Shape{HullBox(small)}}) {
+      const auto world = WorldOn(GetParam(), Ground(9, kCell, ridge), 0, Vector3::Zero());
+      // No part of the shape is farther from its middle than this.
+      const Vector3 start = Vector3(0.32, 0.08, 0.4 * height) + (small.norm() + kClear) * up;
+      const EntityId id = Add(*world, Body(shape, start));
+      Steps(*world, 60);
+      EXPECT_EQ(PositionOf(*world, id), start) << shape.index() << " beside " << height;
+      EXPECT_TRUE(TouchingIn(*world).empty()) << shape.index() << " beside " << height;
+    }
+  }
+}
+
 TEST_P(MovingShapes, ASpheroidRollsDownAsABallDoes) {
   Proves({Claim::kEllipsoid, Claim::kStaticFriction});
   // About its long axis, two fifths of its mass times the square of its radius turn: 5/7 g sin a.

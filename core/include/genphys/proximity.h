@@ -16,8 +16,8 @@ struct Proximity {
 };
 
 /// The closest points of `a` and `b` at these placements, or nothing if they are farther apart than `within` (m). What
-/// lies behind a triangle of a mesh is as near to it as what lies before it; below a heightfield all is overlap. Two
-/// planes that are not parallel and apart overlap infinitely deep, which is told as a distance of zero.
+/// lies behind a triangle of a mesh is as near to it as what lies before it; all straight below a heightfield is in it.
+/// Two planes that are not parallel and apart overlap infinitely deep, which is told as a distance of zero.
 std::optional<Proximity> FindProximity(const Shape& a, const Placement& placement_a, const Shape& b,
                                        const Placement& placement_b,
                                        double within = std::numeric_limits<double>::infinity());

@@ -71,11 +71,11 @@ struct Side {
   SolidFeature feature;
 };
 
-// The points in which `incident` lies before or behind the polygon `reference`, within its edges; those that are only
-// where the two were cut go to `seams` where `is_seam` says so. `sign` turns the normal of the polygon into that of the
-// contact.
-void ClipToPolygon(const Side& reference, const Side& incident, double sign, SeamTest is_seam, PointSet& points,
-                   PointSet& seams) {
+// The points in which `incident` lies before or behind the polygon `reference`, within its edges as seen along `view`;
+// those that are only where the two were cut go to `seams` where `is_seam` says so. `sign` turns the normal of the
+// polygon into that of the contact.
+void ClipToPolygon(const Side& reference, const Side& incident, const Vector3& view, double sign, SeamTest is_seam,
+                   PointSet& points, PointSet& seams) {
   const SolidFeature& face = reference.feature;
   Polygon polygon;
   for (const Vector3& corner : incident.feature.corners) polygon.push_back({.position = corner});
@@ -85,7 +85,7 @@ void ClipToPolygon(const Side& reference, const Side& incident, double sign, Sea
     WorkWatch::Look(kCutWork * static_cast<int64_t>(polygon.size()));
     const Vector3& from = face.corners[i];
     const Vector3& to = face.corners[(i + 1) % face.corners.size()];
-    Vector3 outward = (to - from).cross(face.normal).normalized();
+    Vector3 outward = (to - from).cross(view).normalized();
     if (outward.dot(from - middle) < 0) outward = -outward;
     const double inside = outward.dot(from - middle);
     polygon = Cut(polygon, outward, outward.dot(from) + kSeam * inside, i);
@@ -255,12 +255,17 @@ void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, SeamTe
   const SolidFeature& polygon = side_a.feature.is_polygon() ? side_a.feature : side_b.feature;
   if (polygon.is_polygon()) points.SetAxis(polygon.corners[0] - polygon.corners[polygon.corners.size() / 2]);
   if (flat_a >= 1 - kFlat && flat_a >= flat_b - kSameFlat) {
-    ClipToPolygon(side_a, {b, b.FeatureAt(-side_a.feature.normal)}, 1, is_seam, points, seams);
+    ClipToPolygon(side_a, {b, b.FeatureAt(-side_a.feature.normal)}, side_a.feature.normal, 1, is_seam, points, seams);
   } else if (flat_b >= 1 - kFlat) {
-    ClipToPolygon(side_b, {a, a.FeatureAt(-side_b.feature.normal)}, -1, IsNoSeam, points, seams);
+    ClipToPolygon(side_b, {a, a.FeatureAt(-side_b.feature.normal)}, side_b.feature.normal, -1, IsNoSeam, points, seams);
   } else {
     OverlapEdges(side_a, side_b, normal, points);
   }
+}
+
+void AddUprightPoints(const Solid& a, const Solid& b, const Vector3& normal, SeamTest is_seam, PointSet& points,
+                      PointSet& seams) {
+  ClipToPolygon({a, a.FeatureAt(normal)}, {b, b.FeatureAt(-normal)}, Vector3::UnitZ(), 1, is_seam, points, seams);
 }
 
 }  // namespace genphys

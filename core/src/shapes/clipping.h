@@ -54,4 +54,8 @@ void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, PointS
 void AddFlatPoints(const Solid& a, const Solid& b, const Vector3& normal, SeamTest is_seam, PointSet& points,
                    PointSet& seams);
 
+/// The same for a polygon `a` that has `normal`, but `b` is cut to what lies straight below `a` or above it, along z.
+void AddUprightPoints(const Solid& a, const Solid& b, const Vector3& normal, SeamTest is_seam, PointSet& points,
+                      PointSet& seams);
+
 }  // namespace genphys

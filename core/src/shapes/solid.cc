@@ -180,12 +180,18 @@ Solid::Solid(const SurfaceTriangle& triangle) : triangle_(&triangle) {
   size_ = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
 }
 
+Solid::Solid(const SurfaceTriangle& triangle, double drop) : Solid(triangle) {
+  drop_ = drop;
+  center_.z() -= drop / 2;
+}
+
 Vector3 Solid::Support(const Vector3& direction) const {
   if (triangle_ != nullptr) {
     const auto& [a, b, c] = triangle_->corners;
     const double along_a = direction.dot(a), along_b = direction.dot(b), along_c = direction.dot(c);
-    if (along_a >= along_b) return along_a >= along_c ? a : c;
-    return along_b >= along_c ? b : c;
+    Vector3 farthest = along_a >= along_b ? (along_a >= along_c ? a : c) : (along_b >= along_c ? b : c);
+    if (direction.z() < 0) farthest.z() -= drop_;
+    return farthest;
   }
   const Vector3 local = placement_.rotation.transpose() * direction;
   return placement_.Transform(std::visit([&](const auto& s) { return Farthest(s, local); }, *shape_));

@@ -24,6 +24,9 @@ class Solid {
   Solid(const Shape& shape, const Placement& placement);
   /// In the frame of its surface. It has no thickness.
   explicit Solid(const SurfaceTriangle& triangle);
+  /// The triangle and all that lies straight below it, along z, down to `drop` m. Its features are those of the
+  /// triangle.
+  Solid(const SurfaceTriangle& triangle, double drop);
 
   /// The point of the core that lies farthest in `direction` (not zero, of any length).
   Vector3 Support(const Vector3& direction) const;
@@ -56,6 +59,7 @@ class Solid {
   Vector3 center_ = Vector3::Zero();
   double radius_ = 0;
   double size_ = 0;
+  double drop_ = 0;  // of a triangle, m
 };
 
 }  // namespace genphys

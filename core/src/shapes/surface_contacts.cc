@@ -31,6 +31,9 @@ constexpr size_t kGroupMax = 64;
 // in another direction, meets one of the triangles beside it.
 constexpr double kDeep = 0.5;
 constexpr double kMuchLess = 0.25;
+// Of the size of the solid: what is no deeper in the ground than this may only touch it, for ways out of what is round
+// are searched for.
+constexpr double kSunk = 1e-2;
 
 // One surface and one solid, both moved so that the solid's place is the origin.
 template <typename Surface>
@@ -53,9 +56,9 @@ class Meeting {
     const double level = up.dot(triangle.corners[0]);
     if (-solid_.Reach(-up) - level > gap_) return;
     const bool is_behind = solid_.Reach(up) < level;
-    if (is_behind && !is_solid_below_) return;
     const Solid flat(triangle);
-    if (is_behind || PushesUpwardsOnly(triangle, up, level)) return Add(triangle, flat, up, up, std::nullopt);
+    if (is_behind) return AddBelow(triangle, flat, up);
+    if (PushesUpwardsOnly(triangle, up, level)) return Add(triangle, flat, up, up, std::nullopt);
     if (const auto apart = SeparationApart(flat, solid_)) {
       MeetApart(triangle, flat, up, *apart);
     } else {
@@ -63,11 +66,19 @@ class Meeting {
     }
   }
 
+  // What is in the ground is pushed out of it, even if no corner of it lies where its triangles look for one.
+  void AddLast() {
+    if (last_.depth < kSunk * solid_.size() || points_.HasOverlap() || seams_.HasOverlap()) return;
+    PointSet last(0);
+    last.Add(last_);
+    points_.Add(last);
+  }
+
  private:
   void MeetApart(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up, const Separation& apart) {
-    const bool is_below = apart.normal.dot(up) < 0;
-    if (is_below ? !is_solid_below_ : apart.depth < -gap_) return;
-    if (!is_below && Pushes(triangle, up, apart.normal)) {
+    if (apart.normal.dot(up) < 0) return AddBelow(triangle, flat, up);
+    if (apart.depth < -gap_) return;
+    if (Pushes(triangle, up, apart.normal)) {
       Add(triangle, flat, up, apart.normal, apart);
     } else {
       Add(triangle, flat, up, up, std::nullopt);
@@ -88,7 +99,11 @@ class Meeting {
     consider(up);
     if (const auto shallow = ShallowDirection(flat, solid_)) consider(*shallow);
     if (best) return Add(triangle, flat, up, best->normal, best);
-    if (!is_solid_below_ && upward > kDeep * solid_.size() && least < kMuchLess * upward) return;
+    ConsiderLast(up, least);
+    if (upward > kDeep * solid_.size()) {
+      if (is_solid_below_) return AddBelow(triangle, flat, up);
+      if (least < kMuchLess * upward) return;
+    }
     Add(triangle, flat, up, up, std::nullopt);
   }
 
@@ -130,14 +145,40 @@ class Meeting {
            const std::optional<Separation>& closest) {
     PointSet points(gap_), seams(gap_);
     Seams round(surface_, triangle, place_, up);
-    const auto is_seam = [&](const CutCorner& corner, const SolidFeature& incident, double depth) {
-      return round.IsSeam(corner, incident, depth);
-    };
-    AddFlatPoints(flat, solid_, normal, is_seam, points, seams);
+    AddFlatPoints(flat, solid_, normal, TestOf(round), points, seams);
     const bool is_flat = !closest || flat.FeatureAt(normal).normal.dot(normal) > kSameNormal;
     if (points.is_empty() && seams.is_empty() && !is_flat) {
       points.Add({.position = closest->place, .normal = closest->normal, .depth = closest->depth});
     }
+    Take(points, seams);
+  }
+
+  // What lies behind the triangle is below the surface where that is straight above it. Beside that, what is behind one
+  // side of a ridge may be in the air over the other side.
+  void AddBelow(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up) {
+    if (!is_solid_below_) return;
+    // It is the core of what is round that was cut, and lies below.
+    PointSet points(-solid_.radius()), seams(-solid_.radius());
+    Seams round(surface_, triangle, place_, up);
+    AddUprightPoints(flat, solid_, up, TestOf(round), points, seams);
+    Take(points, seams);
+    if (points_.HasOverlap() || seams_.HasOverlap()) return;
+    // No corner of it is there, but an edge or a side may be. The bottom of the column is no way out.
+    const auto& [a, b, c] = triangle.corners;
+    const double drop = std::max({a.z(), b.z(), c.z()}) + solid_.Reach(-Vector3::UnitZ());
+    const Solid column(triangle, 2 * drop);
+    // Either may end at a way out that is not the least.
+    const double depth = Descend(column, solid_, Vector3::UnitZ()).depth;
+    ConsiderLast(up, std::min(depth, FindSeparation(column, solid_).depth));
+  }
+
+  static auto TestOf(Seams<Surface>& round) {
+    return [&round](const CutCorner& corner, const SolidFeature& incident, double depth) {
+      return round.IsSeam(corner, incident, depth);
+    };
+  }
+
+  void Take(const PointSet& points, const PointSet& seams) {
     points_.Add(points);
     // On an even surface that is none, as soon as the deepest point is known.
     PointSet lacking(gap_);
@@ -147,6 +188,12 @@ class Meeting {
     seams_.Add(lacking);
   }
 
+  // Of a triangle that the solid overlaps, or that lies straight above a part of it.
+  void ConsiderLast(const Vector3& up, double depth) {
+    if (depth <= last_.depth) return;
+    last_ = {solid_.Support(-up) + (depth / 2 - solid_.radius()) * up, up, depth};
+  }
+
   const Surface& surface_;
   bool is_solid_below_;
   const Solid& solid_;
@@ -154,6 +201,7 @@ class Meeting {
   double gap_;
   SurfacePoints& points_;
   SurfacePoints& seams_;
+  MeetingPoint last_;  // the deepest of those that are taken if there are no others
 };
 
 }  // namespace
@@ -226,6 +274,10 @@ void SurfacePoints::SortGroups() {
                    [](const PointSet& a, const PointSet& b) { return a.deepest() > b.deepest(); });
 }
 
+bool SurfacePoints::HasOverlap() const {
+  return std::ranges::any_of(groups_, [](const PointSet& group) { return group.deepest() >= 0; });
+}
+
 bool SurfacePoints::HasAsDeep(const MeetingPoint& point) const {
   return std::ranges::any_of(
       std::span(groups_).first(std::min(groups_.size(), kFewGroups)), [&](const PointSet& group) {
@@ -272,6 +324,7 @@ void FindSurfaceContacts(const Shape& surface, const Shape& shape, const Placeme
       return box.Overlaps(bounds);
     };
     VisitTriangles(*field->data, is_over, [&](const SurfaceTriangle& triangle) { meeting.Meet(triangle); });
+    meeting.AddLast();
   }
   const int first = manifold.count;
   points.AddLacking(seams);

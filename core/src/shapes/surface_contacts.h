@@ -14,6 +14,8 @@ class SurfacePoints {
   SurfacePoints(double gap, const Solid& solid);
 
   void Add(const PointSet& points);
+  /// Whether there is a point that is no gap.
+  bool HasOverlap() const;
   /// Whether there is a point as deep as this one in much the same direction, among those of the first directions.
   bool HasAsDeep(const MeetingPoint& point) const;
   /// Adds of `seams` what lies deeper than all points so far in much the same direction: beside those seams, where the
