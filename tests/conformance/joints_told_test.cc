@@ -179,5 +179,20 @@ TEST_P(JointsTold, SpringsWhoseFrameIsLedPullInSecondOrder) {
   }
 }
 
+// Whatever they were told between two steps never was, and nothing grows by it.
+TEST_P(JointsTold, WhatIsToldOftenBetweenTwoStepsIsToldOnce) {
+  for (const Make make : {Arm, Rail, Lead}) {
+    const Machine often = make(GetParam(), {}), once = make(GetParam(), {});
+    for (const Machine* const each : {&often, &once}) Steps(*each->world, 10);
+    for (int i = 0; i < 1000; ++i) often.tell(std::sin(i));
+    for (const Machine* const each : {&often, &once}) each->tell(0.3);
+    const LayerState& layer = often.world->layer_state();
+    EXPECT_LE(layer.former_drives.size() + layer.former_frames.size(), 20u);
+    for (const Machine* const each : {&often, &once}) Steps(*each->world, 10);
+    EXPECT_EQ(often.now().place, once.now().place);
+    EXPECT_EQ(often.now().rate, once.now().rate);
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

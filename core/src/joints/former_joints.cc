@@ -9,9 +9,14 @@
 namespace genphys {
 namespace {
 
-// What somebody was told between two commands never was.
+bool IsThere(JointId id, const Scene& scene) {
+  const std::optional<SceneJoint>& joint = scene.joints[id.index()];
+  return joint && joint->id == id;
+}
+
 template <typename Former, typename Key>
-void KeepFirst(std::vector<Former>& all, Key key) {
+void KeepFirstOf(std::vector<Former>& all, const Scene& scene, Key key) {
+  std::erase_if(all, [&](const Former& former) { return !IsThere(former.id, scene); });
   std::ranges::stable_sort(all, {}, key);
   const auto again = std::ranges::unique(all, {}, key);
   all.erase(again.begin(), again.end());
@@ -19,18 +24,25 @@ void KeepFirst(std::vector<Former>& all, Key key) {
 
 }  // namespace
 
+void KeepFirst(std::vector<FormerDrive>& drives, const Scene& scene) {
+  KeepFirstOf(drives, scene, [](const FormerDrive& drive) { return std::pair(drive.id, drive.place); });
+}
+
+void KeepFirst(std::vector<FormerFrames>& frames, const Scene& scene) {
+  KeepFirstOf(frames, scene, [](const FormerFrames& each) { return each.id; });
+}
+
 void FormerJoints::Take(const LayerState& layer, const Scene& scene) {
   drives_ = layer.former_drives;
   frames_ = layer.former_frames;
-  KeepFirst(drives_, [](const FormerDrive& drive) { return std::pair(drive.id, drive.place); });
-  KeepFirst(frames_, [](const FormerFrames& frames) { return frames.id; });
+  KeepFirst(drives_, scene);
+  KeepFirst(frames_, scene);
   entities_.Clear();
   if (drives_.empty() && frames_.empty()) return;
   entities_.Resize(static_cast<uint32_t>(scene.entities.size()));
   const auto mark = [&](JointId id) {
-    const std::optional<SceneJoint>& joint = scene.joints[id.index()];
-    if (!joint || joint->id != id) return;
-    for (const EntityRow side : {RowOf(joint->desc.entity_a), RowOf(joint->desc.entity_b)}) {
+    const JointDesc& joint = scene.joints[id.index()]->desc;
+    for (const EntityRow side : {RowOf(joint.entity_a), RowOf(joint.entity_b)}) {
       if (side != kWorldRow) entities_.Mark(side);
     }
   };

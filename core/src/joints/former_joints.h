@@ -31,6 +31,10 @@ class FormerJoints {
   RowMarks entities_;
 };
 
+/// Leaves of those of each coordinate or joint that is there the first: what it was told in between never was.
+void KeepFirst(std::vector<FormerDrive>& drives, const Scene& scene);
+void KeepFirst(std::vector<FormerFrames>& frames, const Scene& scene);
+
 /// Whether the axis changes in nothing but springs and drives to positions, so that a solve may act half by the one and
 /// half by the other.
 bool GoesOn(const JointAxis& before, const JointAxis& after);

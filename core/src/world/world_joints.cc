@@ -26,6 +26,14 @@ bool IsJump(const Motor& before, const Motor& after) {
   return change > kJump * std::max(std::abs(before.target_velocity), std::abs(after.target_velocity));
 }
 
+// Before the next step joints may be told otherwise without end, and come and go: of that little is kept.
+template <typename Former>
+void Note(const Former& former, const Scene& scene, std::vector<Former>& all) {
+  constexpr size_t kMost = 16;  // by joint, whose coordinates are six
+  if (all.size() > kMost * scene.joints.size()) KeepFirst(all, scene);
+  all.push_back(former);
+}
+
 }  // namespace
 
 Status World::CheckId(JointId id, std::string_view field) const {
@@ -182,7 +190,7 @@ void World::NoteDrive(JointId id, uint8_t place, const JointAxis& before, const 
     const double position = state.positions[place], rate = state.rates[place];
     if (is_at_bound(before.motor, position, rate) || is_at_bound(after.motor, position, rate)) RestartDriven(joint);
   }
-  layer_.former_drives.push_back({id, place, before.motor, before.spring});
+  Note({id, place, before.motor, before.spring}, scene_, layer_.former_drives);
   DrawJoined(joint);
 }
 
@@ -190,7 +198,7 @@ void World::NoteDrive(JointId id, uint8_t place, const JointAxis& before, const 
 void World::LeaveFrames(JointId id, const JointDesc& joint) {
   JointState& state = layer_.joints[id.index()];
   state = {.force = state.force, .torque = state.torque};
-  layer_.former_frames.push_back({id, *joint.frame_in_a, *joint.frame_in_b});
+  Note({id, *joint.frame_in_a, *joint.frame_in_b}, scene_, layer_.former_frames);
   DrawJoined(joint);
 }
 
