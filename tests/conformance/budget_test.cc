@@ -2,9 +2,9 @@
 #include <algorithm>
 
 #include "conformance/engine_test.h"
-#include "core/src/model/state_hash.h"
 #include "genphys/limits.h"
 #include "support/random_scene.h"
+#include "support/state_bytes.h"
 
 namespace genphys::testing {
 namespace {
@@ -15,15 +15,6 @@ constexpr uint64_t kScenes = 40;
 constexpr int kStepsOfScene = 60;
 
 Reason ReasonOf(const Status& status) { return RefusalOf(status).value_or(Refusal{}).reason; }
-
-// Whatever the engine keeps to itself.
-std::string AllButTheEngineOf(const World& world) {
-  std::string bytes;
-  Serialize(world.scene(), bytes);
-  Serialize(world.state(), bytes);
-  Serialize(world.layer_state(), bytes);
-  return bytes;
-}
 
 // Twins from the same seed, of which one is told to do with less now and then.
 struct Twins {

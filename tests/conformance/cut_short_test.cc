@@ -2,11 +2,11 @@
 #include <algorithm>
 
 #include "conformance/engine_test.h"
-#include "core/src/model/state_hash.h"
 #include "genphys/limits.h"
 #include "genphys/work_watch.h"
 #include "support/random_scene.h"
 #include "support/shapes.h"
+#include "support/state_bytes.h"
 
 namespace genphys::testing {
 namespace {
@@ -16,14 +16,6 @@ GENPHYS_ENGINE_TESTS(CutShortly, Claim::kBudget);
 // Asked for the `last` time it has enough.
 WorkWatch::Check EnoughAt(int& asked, int last) {
   return [&asked, last] { return ++asked >= last ? absl::CancelledError("enough") : absl::OkStatus(); };
-}
-
-std::string AllButTheEngineOf(const World& world) {
-  std::string bytes;
-  Serialize(world.scene(), bytes);
-  Serialize(world.state(), bytes);
-  Serialize(world.layer_state(), bytes);
-  return bytes;
 }
 
 EntityDesc Still(const Shape& shape, const Vector3& position) {

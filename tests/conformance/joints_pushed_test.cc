@@ -3,8 +3,10 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <tuple>
 
 #include "conformance/engine_test.h"
+#include "support/course.h"
 #include "support/joints.h"
 
 namespace genphys::testing {
@@ -24,21 +26,10 @@ struct Course {
   Vector2 place = Vector2::Zero(), rate = Vector2::Zero();
   using Law = std::function<Vector2(const Vector2& place, const Vector2& rate, double push)>;
 
-  // Runge-Kutta, of fourth order.
   void Advance(const Law& law, double push, double time) {
     constexpr int kParts = 50;
-    const double h = time / kParts;
-    for (int i = 0; i < kParts; ++i) {
-      const auto at = [&](double ahead, const Course& slope) {
-        return Course{place + ahead * slope.rate, rate + ahead * law(slope.place, slope.rate, push)};
-      };
-      const Course b = at(h / 2, *this), c = at(h / 2, b), d = at(h, c);
-      const Vector2 pull = (law(place, rate, push) + 2 * law(b.place, b.rate, push) + 2 * law(c.place, c.rate, push) +
-                            law(d.place, d.rate, push)) /
-                           6;
-      place += h / 6 * (rate + 2 * b.rate + 2 * c.rate + d.rate);
-      rate += h * pull;
-    }
+    const auto at = [&](const auto& here, const auto& speed) { return law(here, speed, push); };
+    std::tie(place, rate) = CourseOf(place, rate, time, kParts, at);
   }
 };
 

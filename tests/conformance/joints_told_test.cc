@@ -3,8 +3,10 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <tuple>
 
 #include "conformance/engine_test.h"
+#include "support/course.h"
 #include "support/joints.h"
 #include "support/random.h"
 
@@ -24,21 +26,10 @@ struct Course {
   double place = 0, rate = 0;
   using Law = std::function<double(double place, double rate, double aim)>;
 
-  // Runge-Kutta, of fourth order.
   void Advance(const Law& law, double aim, double time) {
     constexpr int kParts = 50;
-    const double h = time / kParts;
-    for (int i = 0; i < kParts; ++i) {
-      const auto at = [&](double ahead, const Course& slope) {
-        return Course{place + ahead * slope.rate, rate + ahead * law(slope.place, slope.rate, aim)};
-      };
-      const Course b = at(h / 2, *this), c = at(h / 2, b), d = at(h, c);
-      const double pull = (law(place, rate, aim) + 2 * law(b.place, b.rate, aim) + 2 * law(c.place, c.rate, aim) +
-                           law(d.place, d.rate, aim)) /
-                          6;
-      place += h / 6 * (rate + 2 * b.rate + 2 * c.rate + d.rate);
-      rate += h * pull;
-    }
+    const auto at = [&](const auto& here, const auto& speed) { return law(here, speed, aim); };
+    std::tie(place, rate) = CourseOf(place, rate, time, kParts, at);
   }
 };
 

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "conformance/engine_test.h"
+#include "support/course.h"
 #include "support/joints.h"
 
 namespace genphys::testing {
@@ -66,20 +67,11 @@ TEST_P(Resistance, ATorqueTurnsWhatIsFreeAsFastAsThatIsInBalance) {
   }
 }
 
-/// The angle (rad) or place (m) that `law` leads to in a second, from `place` and from rest: Runge-Kutta, of fourth
-/// order. The law tells the acceleration.
-double Course(double place, double rate, const std::function<double(double place, double rate)>& law) {
+/// The angle (rad) or place (m) that `law` leads to in a second.
+template <typename Law>
+double Course(double place, double rate, const Law& law) {
   constexpr int kParts = 20000;
-  constexpr double kPart = 1.0 / kParts;
-  for (int i = 0; i < kParts; ++i) {
-    const double v1 = rate, a1 = law(place, rate);
-    const double v2 = rate + kPart / 2 * a1, a2 = law(place + kPart / 2 * v1, v2);
-    const double v3 = rate + kPart / 2 * a2, a3 = law(place + kPart / 2 * v2, v3);
-    const double v4 = rate + kPart * a3, a4 = law(place + kPart * v3, v4);
-    place += kPart / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
-    rate += kPart / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
-  }
-  return place;
+  return CourseOf(place, rate, 1, kParts, law).first;
 }
 
 /// Expects of what a scene with steps of so many seconds is off by after a second that it is less than `most`, and of
