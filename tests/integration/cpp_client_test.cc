@@ -87,11 +87,18 @@ TEST_P(CppClient, TellsOfWorldsThatDidNotComeWhyTheCallEnded) {
   }
   const std::vector<WorldSteps> wanted{{world_.name(), 1, {}}, {pile.name(), 100000, {}}};
 
-  const std::vector<Result<StepResult>> results = connection.StepWorlds(wanted, std::chrono::milliseconds(300));
-
-  ASSERT_EQ(results.size(), 2u);
-  EXPECT_EQ(results[0]->stamp.step, 1u);
-  EXPECT_EQ(results[1].status().code(), absl::StatusCode::kDeadlineExceeded);
+  // How long the reply of the first takes on a busy machine is found by trying.
+  uint64_t tries = 0;
+  for (std::chrono::milliseconds time{300}; time < testing::kPatience; time *= 2) {
+    ++tries;
+    const std::vector<Result<StepResult>> results = connection.StepWorlds(wanted, time);
+    ASSERT_EQ(results.size(), 2u);
+    EXPECT_EQ(results[1].status().code(), absl::StatusCode::kDeadlineExceeded);
+    if (!results[0].ok()) continue;
+    EXPECT_LE(results[0]->stamp.step, tries);
+    return;
+  }
+  FAIL() << "the world that was done did not come";
 }
 
 TEST_P(CppClient, DrivesAWorldWithoutWaitingForEachStep) {
