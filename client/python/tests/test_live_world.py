@@ -1,5 +1,8 @@
 """A world on the real server does what the verbs say."""
 
+import pathlib
+import time
+
 import numpy as np
 import pytest
 from conftest import ENGINES, GRAVITY, STEP_SIZE
@@ -11,6 +14,7 @@ ROUNDING = 1e-12
 # Semi-implicit Euler, the coarsest integrator that an engine has, is off by half a step of the final speed.
 FALL_STEPS = 120
 FALL_TIME = FALL_STEPS * STEP_SIZE
+PATIENCE_SECONDS = 30.0
 FALL_TOLERANCE = GRAVITY * FALL_TIME * STEP_SIZE / 2 + ROUNDING
 
 
@@ -283,3 +287,33 @@ def test_a_field_of_a_batch_has_its_id_once_the_batch_was_taken_along(server, en
         frame = world.step(10)
         assert frame.linear_velocities[frame.row(a)][0] > 0 > frame.linear_velocities[frame.row(b)][0]
         assert spring.id == 1
+
+
+def resident_bytes(pid):
+    for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return 1024 * int(line.split()[1])
+    raise AssertionError("no such process")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_memory_of_deleted_worlds_goes_back_to_the_system(binary, engine):
+    with genphys.launch(binary=binary) as own:
+        pid = own._process.pid
+        before = resident_bytes(pid)
+        worlds = [own.create_world(engine=engine) for _ in range(50)]
+        for world in worlds:
+            with world.batch() as batch:
+                for i in range(300):
+                    batch.add_box(half_extents=(0.5, 0.5, 0.5), mass=1.0, position=(2.0 * i, 0, 0.5))
+            world.step(2)
+        grown = resident_bytes(pid) - before
+
+        for world in worlds:
+            world.delete()
+
+        end = time.monotonic() + PATIENCE_SECONDS
+        while resident_bytes(pid) - before > grown / 2:
+            assert time.monotonic() < end, f"{resident_bytes(pid) - before} of {grown} bytes are still held"
+            time.sleep(0.1)
+        assert grown > 10e6

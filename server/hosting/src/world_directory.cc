@@ -95,7 +95,7 @@ struct WorldDirectory::Page {
 };
 
 WorldDirectory::WorldDirectory(WorkerPool& pool, HostFactory make_host, size_t worlds_max)
-    : pool_(pool), make_host_(std::move(make_host)), worlds_max_(worlds_max) {}
+    : pool_(pool), make_host_(std::move(make_host)), worlds_max_(worlds_max), memory_return_(pool) {}
 
 std::shared_ptr<WorldHost> WorldDirectory::Find(const WorldKey& key) const {
   const std::lock_guard lock(mutex_);
@@ -281,6 +281,7 @@ void WorldDirectory::Handle(WorldCall call, Reply reply) {
       if (found != worlds_.end() && found->second != nullptr) {
         host = std::move(found->second);
         worlds_.erase(found);
+        memory_return_.Note();
         spdlog::debug("{} deleted", key.name);
       }
     } else {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "genphys/hosting/drive.h"
+#include "genphys/hosting/memory_return.h"
 #include "genphys/hosting/reply_cache.h"
 #include "genphys/hosting/worker_pool.h"
 #include "genphys/hosting/world_host.h"
@@ -81,6 +82,7 @@ class WorldDirectory {
   ReplyCache created_;
   std::unordered_map<std::string, std::shared_ptr<Creation>> being_created_;  // by request id
   std::list<std::weak_ptr<Drive>> drives_;
+  MemoryReturn memory_return_;
 };
 
 }  // namespace genphys
