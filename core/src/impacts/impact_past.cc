@@ -6,6 +6,12 @@
 #include "pairs/contact_points.h"
 
 namespace genphys {
+namespace {
+
+// The cosine between two normals that may be those of one place a substep later.
+constexpr double kSameNormal = 0.9;
+
+}  // namespace
 
 bool ImpactPast::IsMovable(EntityRow row) const {
   return world_.active[Index(row)] && world_.scene.entities[Index(row)]->traits.is_dynamic;
@@ -36,16 +42,31 @@ double ImpactPast::PressedApart(const ContactPair& pair) const {
   return impulse * (give_of(pair.entity_a) + give_of(pair.entity_b));
 }
 
-bool ImpactPast::WerePressed(const EntityPair& entities) const {
+template <typename Found>
+bool ImpactPast::AnySolved(const EntityPair& entities, Found&& found) const {
   const auto ids = [&](const ContactPair& pair) {
     return EntityPair{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   };
   const std::vector<ContactPair>& solved = world_.solved.pairs;
   for (auto pair = solved_search_.LowerBound(solved, entities, ids); pair != solved.end(); ++pair) {
     if (ids(*pair) != entities) return false;
-    if (PressedApart(*pair) > ImpactSpeed::kMin) return true;
+    if (found(*pair)) return true;
   }
   return false;
+}
+
+bool ImpactPast::WerePressed(const EntityPair& entities) const {
+  return AnySolved(entities, [&](const ContactPair& pair) { return PressedApart(pair) > ImpactSpeed::kMin; });
+}
+
+bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) const {
+  const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  return AnySolved(entities, [&](const ContactPair& before) {
+    if (before.geometry_a != pair.geometry_a || before.geometry_b != pair.geometry_b) return false;
+    return std::ranges::any_of(PointsOf(world_.solved, before), [&](const ContactPoint& point) {
+      return point.normal_impulse > 0 && point.normal.dot(normal) > kSameNormal;
+    });
+  });
 }
 
 const FlownWay* ImpactPast::WayFromBlow(EntityRow row) const {

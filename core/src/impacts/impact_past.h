@@ -35,6 +35,8 @@ class ImpactPast {
   /// Against each other, in the last solve. Not who only touch, whom rounding and errors that are made up for press a
   /// little: by no more than is no impact either.
   bool WerePressed(const EntityPair& entities) const;
+  /// The same two surfaces, and about as they touch there now.
+  bool WerePressedSo(const ContactPair& pair, const Vector3& normal) const;
 
   /// The way of one that was hit in this substep and put elsewhere, or null.
   const FlownWay* WayFromBlow(EntityRow row) const;
@@ -57,6 +59,9 @@ class ImpactPast {
  private:
   // m/s, by which what the last solve pressed a pair of that by would move the two apart, were they alone.
   double PressedApart(const ContactPair& pair) const;
+  // Calls found(pair) for each pair of the last solve of these two, until one says so. Returns whether one did.
+  template <typename Found>
+  bool AnySolved(const EntityPair& entities, Found&& found) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
 
   const ImpactWorld& world_;

@@ -134,6 +134,8 @@ bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point)
     const Vector3 way = velocity(pair.entity_b) - velocity(pair.entity_a);
     if (way.cross(point.normal).squaredNorm() < kAlong * kAlong * closing * closing) return false;
   }
+  // What rolls over an edge goes past it, too, and lies on it all the time.
+  if (past_.WerePressedSo(pair, point.normal)) return false;
   // As they went before this substep: what pulls them to the ground makes them no deeper there.
   const double time = (gap + kLookAhead) / closing;
   const Placement a = InTime(pair.entity_a, pair.geometry_a, point, Vector3::Zero(), time);
