@@ -99,8 +99,6 @@ void Impacts::FindMissed(const ContactBuffer& contacts) {
   }
 }
 
-// What slides or rolls into something: the engine would stop it a substep too late, and in its own way. What only
-// touches something that throws it back is not held by that either.
 bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   if (!rewinds_ || !(world_.active[Index(pair.entity_a)] || world_.active[Index(pair.entity_b)])) return false;
   EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};

@@ -72,6 +72,9 @@ class Impacts {
   /// Whether the two do not collide at a point that closes: a moment later they overlap no more than now, for what is
   /// level lets what slides onto it pass.
   bool OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const;
+  /// Whether one of the two slides or rolls into the other: an engine would stop it a substep too late or too early,
+  /// and in its own way. What only touches something that throws it back is not held by that either.
+  bool IsNewAmongHeld(const ContactPair& pair) const;
 
   /// What all impacts so far passed on, in canonical order within each Solve().
   const ContactBuffer& impulses() const { return impulses_; }
@@ -159,7 +162,6 @@ class Impacts {
   void FindMissed(const ContactBuffer& contacts);
   std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
-  bool IsNewAmongHeld(const ContactPair& pair) const;
   bool IsHeldThrough(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
   bool Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const;

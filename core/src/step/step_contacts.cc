@@ -122,7 +122,7 @@ void StepRun::PrepareContacts(double h) {
   contacts.pull = pull > 0 ? pull : ContactBuffer::kUsualPull;
   const ImpactWorld surroundings = Surroundings();
   const ImpactSpeed impact_speed(surroundings, h);
-  const Impacts impacts(surroundings, h, false);
+  const Impacts impacts(surroundings, h, true);
   CountPartners();
   for (const Mover& mover : movers_) {
     scratch_.flew.Set(mover.row, world_.layer_.half_steps[Index(mover.row)].in_flight);
@@ -131,6 +131,7 @@ void StepRun::PrepareContacts(double h) {
     if (pair.is_sensor) continue;
     pair.interval = IntervalOf(pair, h);
     const bool is_solved_apart = pair.material.restitution > 0 || impact_speed.IsFree(pair);
+    const bool is_met_anew = !is_solved_apart && impacts.IsNewAmongHeld(pair);
     // Whether it slides is a matter of its true velocity: this substep's push may be one that friction holds.
     RoughenSliding(pair, h);
     for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
@@ -138,9 +139,10 @@ void StepRun::PrepareContacts(double h) {
       const double closing = -point.relative_velocity.dot(point.normal);
       // What parts fast enough to be apart by the end is no more in touch.
       const bool is_apart = point.depth < std::max(0.0, -closing * h);
-      point.is_ahead = is_solved_apart && is_apart &&
-                       (point.depth < -kReleaseGap ||
-                        std::abs(closing) > impact_speed.Of(pair.entity_a, pair.entity_b, point.normal));
+      const double speed = impact_speed.Of(pair.entity_a, pair.entity_b, point.normal);
+      point.is_ahead = is_solved_apart && is_apart && (point.depth < -kReleaseGap || std::abs(closing) > speed);
+      // Impacts stop it where it comes to lie.
+      point.is_ahead = point.is_ahead || (is_met_anew && point.depth < 0 && closing > speed);
       point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);
     }
     pair.bend = scratch_.bends[static_cast<size_t>(&pair - contacts.pairs.data())];
