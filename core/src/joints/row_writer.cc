@@ -279,7 +279,7 @@ void RowWriter::Drive(Coordinate coordinate, const JointAxis& axis) {
     return;
   }
   WriteLimits(coordinate, axis.limits, bend);
-  WriteDrives(coordinate, axis);
+  WriteDrives(coordinate, axis, bend);
 }
 
 void RowWriter::CountTurns(size_t place, double position) {

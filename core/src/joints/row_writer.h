@@ -120,7 +120,7 @@ class RowWriter {
   void LockAt(const Coordinate& coordinate, double position, double bend);
   void WriteLimits(const Coordinate& coordinate, const AxisLimits& limits, double bend);
   void Reach(const Coordinate& coordinate, double gap, double bend, JointRow& row) const;
-  void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits);
+  void WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits, double bend);
   // A spring and damper.
   struct SoftDrive {
     double stiffness = 0;
@@ -136,7 +136,7 @@ class RowWriter {
   // `before`: what it was until the boundary, or null.
   // `told`: where it is with the frames that the joint has by now.
   void WriteSoft(const Coordinate& coordinate, double told, const SoftDrive& now, const SoftDrive* before);
-  void WriteDrives(const Coordinate& coordinate, const JointAxis& axis);
+  void WriteDrives(const Coordinate& coordinate, const JointAxis& axis, double bend);
   double ToldPosition(const Coordinate& coordinate) const;
   double LatenessOf(const SoftDrive& drive, const Coordinate& coordinate, const JointRow& row) const;
   Vector3 TurnOfPoint(const JointBody& body) const;

@@ -39,7 +39,7 @@ RowWriter::SoftDrive RowWriter::SoftDrive::Of(const Spring& spring) {
           .force_max = JointRow::kUnbounded};
 }
 
-void RowWriter::WriteDrives(const Coordinate& coordinate, const JointAxis& axis) {
+void RowWriter::WriteDrives(const Coordinate& coordinate, const JointAxis& axis, double bend) {
   const double told = ToldPosition(coordinate);
   const auto former = std::ranges::find(former_.drives, coordinate.place, &FormerDrive::place);
   const auto write = [&](const auto& now, auto FormerDrive::*drive) {
@@ -51,12 +51,12 @@ void RowWriter::WriteDrives(const Coordinate& coordinate, const JointAxis& axis)
   if (IsSoft(axis.motor)) {
     write(axis.motor, &FormerDrive::motor);
   } else if (axis.motor) {
-    WriteMotor(coordinate, *axis.motor, axis.limits);
+    WriteMotor(coordinate, *axis.motor, axis.limits, bend);
   }
   if (axis.spring) write(axis.spring, &FormerDrive::spring);
 }
 
-void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits) {
+void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits, double bend) {
   const double force_max = motor.force_max.value_or(JointRow::kUnbounded);
   if (force_max == 0) return;
   // A motor does not fight its own limits: one equation would say what the other forbids.
@@ -65,7 +65,7 @@ void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, con
   if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
   JointRow& row = Add(coordinate);
   row.is_driven = true;
-  row.target = coordinate.scale * rate;
+  row.target = coordinate.scale * rate - bend;
   Bound(force_max / coordinate.scale);
 }
 
