@@ -114,8 +114,10 @@ void JointStep::SetTensors(EntityRow row, const TurnedTensors& turned) {
   bodies_[place].own_inverse = turned.inverse;
 }
 
-void JointStep::Kick(EntityRow row, const Vector3& spin, const Vector3& momentum, bool goes_on) {
+void JointStep::Kick(EntityRow row, const Vector3& spin, const Vector3& turning, const Vector3& momentum,
+                     bool goes_on) {
   JointBody& body = bodies_[body_of_[Index(row)]];
+  body.angular_before -= turning;
   body.angular_kick = spin;
   body.momentum_given = momentum;
   body.goes_on = goes_on;

@@ -48,15 +48,15 @@ class JointStep {
   /// Takes the velocities that are shown at the start of a substep, before it begins.
   void TakeShown();
 
-  /// Begins a substep of `h` seconds, before forces act: poses and velocities are those at its start, and tensors are
-  /// set.
+  /// Begins a substep of `h` seconds, before forces act: poses and velocities are of its start, and tensors are set.
   void Begin(double h);
 
   /// Tells how a movable body is turned at the start of the substep that Begin() comes to.
   void SetTensors(EntityRow row, const TurnedTensors& turned);
 
-  /// Tells what torques of the substep add to the spin (rad/s) of a body on joints, and its angular momentum with that.
-  void Kick(EntityRow row, const Vector3& spin, const Vector3& momentum, bool goes_on);
+  /// Tells of a body on joints what torques of the substep add to its spin (rad/s), by how much `turning` makes that
+  /// another one on the mean, as the other way round in the last one, and its angular momentum with that.
+  void Kick(EntityRow row, const Vector3& spin, const Vector3& turning, const Vector3& momentum, bool goes_on);
 
   /// The body as joints hold it in this substep, or null.
   const JointBody* Find(EntityRow row) const;

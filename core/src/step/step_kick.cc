@@ -245,9 +245,6 @@ void StepRun::KickMover(Mover& mover, double h) {
     spin = Limited(spin, spin_most);
     mover.momentum = mover.turned.tensor * spin;
   }
-  if (held != nullptr) {
-    joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), mover.momentum, mover.goes_on);
-  }
   // Whom joints hold while it turns so far does not go as a free body would.
   const double spin_square = spin.squaredNorm();
   const bool is_wide = scratch_.jointed[mover.row] && spin_square * (h * h) > kResolvedTurn * kResolvedTurn;
@@ -260,6 +257,9 @@ void StepRun::KickMover(Mover& mover, double h) {
                      : uniform ? spin
                                : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
   state_.angular_velocities.col(row) = mover.spin_given;
+  if (held == nullptr) return;
+  const Vector3 turning = mover.past > 0 ? Vector3(mover.spin_given - spin) : Vector3::Zero();
+  joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), turning, mover.momentum, mover.goes_on);
 }
 
 // How it goes once pushes and what resists it acted for `time`. `given`: by what holds it, which is not counted in.
