@@ -288,6 +288,28 @@ TEST_P(Forces, TheNetForceOfARestingCrateIsNothingAndOfAFallingOneItsWeight) {
   EXPECT_NEAR(world->state().net_forces(2, falling.index()), -3 * 9.81, 3 * 9.81 * kRounding);
 }
 
+// However much it takes in a step: of a thousandth, and so much that no number is as small as what is left.
+TEST_P(Forces, TheNetTorqueOnWhatFliesIsWhatDampingTakes) {
+  Proves({Claim::kNetForce, Claim::kDamping});
+  for (const double step : {0.01, 0.25}) {
+    for (const double damping : {0.1, 10.0, 2900.0, 1e4}) {
+      const auto world = Weightless(GetParam());
+      EntityDesc ball = Ball({0, 0, 5}, 0.5, 2);
+      ball.rigid_body->auto_disable.enabled = false;
+      ball.rigid_body->angular_damping = damping;
+      ball.rigid_body->angular_velocity = {0, 3, 0};
+      const EntityId id = Add(*world, ball);
+      double left = 0.2 * 3;
+      for (int i = 0; i < 3; ++i) {
+        ASSERT_TRUE(world->Step(step).ok());
+        const double torque = left * std::expm1(-damping * step) / step;
+        EXPECT_NEAR(world->state().net_torques(1, id.index()), torque, kRounding * 0.6 / step) << damping << ", " << i;
+        left *= std::exp(-damping * step);
+      }
+    }
+  }
+}
+
 TEST_P(Forces, ASpinningBodyKeepsItsAngularMomentum) {
   Proves({Claim::kFreeRotation});
   const auto world = Weightless(GetParam());

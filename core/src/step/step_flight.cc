@@ -330,15 +330,18 @@ void StepRun::FinishFlight() {
     const uint32_t row = Index(flyer.row);
     const SceneEntity& entity = *world_.scene_.entities[row];
     const Vector3 before = state_.linear_velocities.col(row);
+    const double damping = entity.traits.angular_damping;
+    // Nothing but damping turns it, and takes this part of what there was: of what is left it may be more than can be
+    // told.
+    state_.net_torques.col(row).setZero();
+    if (damping > 0) {
+      const Matrix3 tensor = WorldTensor(state_.pose(flyer.row).orientation, entity.mass.tensor);
+      state_.net_torques.col(row) =
+          std::expm1(-damping * step_size_) / step_size_ * (tensor * state_.angular_velocities.col(row));
+    }
     Fly(flyer, step_size_);
     NoteTurn(flyer.row, flyer.acceleration);
     state_.net_forces.col(row) = entity.mass.mass / step_size_ * (state_.linear_velocities.col(row) - before);
-    state_.net_torques.col(row).setZero();
-    const double damping = entity.traits.angular_damping;
-    if (damping == 0) continue;
-    const Vector3 momentum =
-        WorldTensor(state_.pose(flyer.row).orientation, entity.mass.tensor) * state_.angular_velocities.col(row);
-    state_.net_torques.col(row) = (1 - std::exp(damping * step_size_)) / step_size_ * momentum;
   }
   world_.near_->EndDrift();
   Mark("flight");

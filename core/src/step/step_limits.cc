@@ -1,4 +1,5 @@
 // How what joints stop at their limits within a substep goes on from there.
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -10,6 +11,9 @@ namespace {
 
 // Of a substep: for so long it is looked what media take of a velocity.
 constexpr double kGlance = 1e-3;
+// Of which damping leaves less than exp() of this with a minus until the end, the velocity of the middle is not told by
+// that of the end.
+constexpr double kMuchTaken = 1;
 
 }  // namespace
 
@@ -60,8 +64,8 @@ void StepRun::Lead(const JointStep::Led& led, double h) {
   const double taken = traits.linear_damping * h / 2, taken_of_spin = traits.angular_damping * h / 2;
   const Vector3 gained = (led.linear_velocity - velocity) - MeanLeft(taken) * (held_velocity - half.held_velocity);
   const Vector3 turned = (led.momentum - momentum) - MeanLeft(taken_of_spin) * (held_momentum - half.held_momentum);
-  half.velocity += std::exp(taken) * gained;
-  half.momentum += std::exp(taken_of_spin) * turned;
+  half.velocity += std::exp(std::min(taken, kMuchTaken)) * gained;
+  half.momentum += std::exp(std::min(taken_of_spin, kMuchTaken)) * turned;
   half.held_velocity = held_velocity;
   half.held_momentum = held_momentum;
   half.held_rate = led.held_rate;
@@ -71,7 +75,7 @@ void StepRun::Lead(const JointStep::Led& led, double h) {
   const Matrix3 inverse = WorldTensor(led.pose.orientation, mass.inverse_tensor);
   state_.angular_velocities.col(row) = inverse * led.momentum;
   // How fast it would have been is not told where media slow it down.
-  if (fields_.IsInMedium(led.row)) half.Restart();
+  if (std::max(taken, taken_of_spin) > kMuchTaken || fields_.IsInMedium(led.row)) half.Restart();
 }
 
 }  // namespace genphys
