@@ -67,6 +67,61 @@ TEST_P(Resistance, ATorqueTurnsWhatIsFreeAsFastAsThatIsInBalance) {
   }
 }
 
+// What is small is stopped by it in less than 1e-13 s, and turns by torque / drag all the time from then on.
+TEST_P(Resistance, ATorqueTurnsWhatIsSmallInAThickMediumAsFastAsThatIsInBalance) {
+  Proves({Claim::kForce});
+  struct Case {
+    double half, mass, drag, torque;
+  };
+  for (const Case& each : {Case{5e-4, 3.2e-7, 1, 1e-3},
+                           {1e-3, 2.56e-6, 1e-3, 1e-2},
+                           {1e-4, 2.56e-9, 1, 1e-4},
+                           {0.5, 1e-7, 10, 100},
+                           {0.5, 1e-7, 1e12, 1e12}}) {
+    const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+    EntityDesc brick = Body(Box{each.half * Vector3(1, 0.8, 0.4)}, {0, 0, 0}, each.mass);
+    brick.pose.orientation = Quaternion(Eigen::AngleAxisd(1, Vector3(1, 2, 3).normalized()));
+    const EntityId id = Add(*world, brick);
+    Do(*world, CreateForceField{{DragField{.angular = each.drag}}});
+    constexpr int kSteps = 10;
+    const double speed = each.torque / each.drag;
+
+    Do(*world, ApplyForce{.id = id, .torque = {0, 0, each.torque}, .steps = kSteps});
+    for (int i = 0; i < kSteps - 1; ++i) {
+      ASSERT_TRUE(world->Step().ok()) << each.half;
+      EXPECT_LE((SpinOf(*world, id) - Vector3(0, 0, speed)).norm(), kDirect * speed) << each.half << ", " << i;
+    }
+    ASSERT_TRUE(world->Step().ok());
+    const Quaternion turned =
+        Quaternion(Eigen::AngleAxisd(speed * kSteps * kStep, Vector3::UnitZ())) * brick.pose.orientation;
+    EXPECT_LE(FromColumn(world->state().orientations.col(id.index())).angularDistance(turned),
+              kDirect * speed * kSteps * kStep + kRounded)
+        << each.half;
+    Steps(*world, 2);
+    EXPECT_LE(SpinOf(*world, id).norm(), kDirect * speed) << "nothing drives it";
+  }
+}
+
+TEST_P(Resistance, ATorqueAgainstTheStrongestDampingGivesABrickTheMomentumOfBalance) {
+  Proves({Claim::kForce, Claim::kDamping});
+  for (const double step : {kStep, 0.25}) {
+    const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
+    constexpr double kDamping = 1e4, kTorque = 1e5;
+    EntityDesc brick = Body(Box{{0.5, 0.4, 0.2}}, {0, 0, 0}, kMass);
+    brick.rigid_body->angular_damping = kDamping;
+    brick.pose.orientation = Quaternion(Eigen::AngleAxisd(1, Vector3(1, 2, 3).normalized()));
+    const EntityId id = Add(*world, brick);
+    Do(*world, ApplyForce{.id = id, .torque = {0, 0, kTorque}, .steps = 100});
+    const Matrix3& tensor = world->scene().entities[id.index()]->mass.tensor;
+    for (int i = 0; i < 8; ++i) {
+      ASSERT_TRUE(world->Step(step).ok());
+      const Matrix3 axes = FromColumn(world->state().orientations.col(id.index())).toRotationMatrix();
+      const Vector3 momentum = axes * tensor * axes.transpose() * SpinOf(*world, id);
+      EXPECT_LE((momentum - Vector3(0, 0, kTorque / kDamping)).norm(), kDirect * kTorque / kDamping) << step;
+    }
+  }
+}
+
 /// The angle (rad) or place (m) that `law` leads to in a second.
 template <typename Law>
 double Course(double place, double rate, const Law& law) {

@@ -15,6 +15,11 @@ double SlowedSpeed(double speed, double mass, double linear, double quadratic, d
   return speed * std::exp(-rate * h) / (1 + bend * h * MeanLeft(rate * h));
 }
 
+// Of what turns a body no more than exp() of this with a minus is left then. Where less is taken the momentum of the
+// middle leads it better than this does: a brick at 9 rad/s in 10 N*m*s, at 60 steps per second, is off by half as
+// much.
+constexpr double kMost = 2;
+
 }  // namespace
 
 double MeanLeft(double x) { return x > 0 ? -std::expm1(-x) / x : 1; }
@@ -107,6 +112,23 @@ Vector3 Resistance::SlowedVelocity(double time, const Vector3& before, const Vec
   Vector3 velocity = before + pushed / 2;
   SlowInTurns(time, velocity);
   return velocity + pushed / 2;
+}
+
+// Of all three moments, as MeanSpin() does, unless one of them is much less than the others.
+bool Resistance::StopsTurning(double time) const {
+  return time * (angular_rate_ + angular_ / 4 * inverse_tensor_.trace()) > kMost;
+}
+
+// What turning changes of it comes evenly, and decays by the rate of each principal axis.
+Vector3 Resistance::MeanSpin(double time, const Vector3& spin, const Vector3& freely) const {
+  const double rate = std::max(spin.norm(), kMost / time);
+  if (!(angular_ * inverse_tensor_.trace() > rate)) return freely;
+  Eigen::SelfAdjointEigenSolver<Matrix3> principal;
+  principal.computeDirect(inverse_tensor_);
+  if (!(angular_ * principal.eigenvalues()[0] > rate)) return freely;
+  Vector3 own = principal.eigenvectors().transpose() * (freely - spin);
+  for (int i = 0; i < 3; ++i) own[i] *= MeanLeft(time / 2 * angular_ * principal.eigenvalues()[i]);
+  return spin + principal.eigenvectors() * own;
 }
 
 // The solution of L' = torque - (damping + angular I^-1) L: along each principal axis by its own exponential.

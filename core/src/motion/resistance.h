@@ -31,6 +31,15 @@ class Resistance {
   /// well, and would change it by `given`: it is slowed down as it goes with that, but the result is without.
   Motion Slowed(double time, const Motion& before, const Motion& pushed, const Motion& given) const;
 
+  /// Whether it takes most of what turns the body in `time` seconds.
+  bool StopsTurning(double time) const;
+
+  /// The mean spin over `time` seconds (rad/s, world) of a body that turned by `spin` in the middle if it had not
+  /// turned until then, and on the mean by `freely` if nothing but its momentum led it: nearer to the former where
+  /// media take most of that, and sooner than it turns. What drives it through these keeps it at a spin then and not at
+  /// a momentum.
+  Vector3 MeanSpin(double time, const Vector3& spin, const Vector3& freely) const;
+
  private:
   // One that resists more than in proportion to speed.
   struct Medium {

@@ -6,6 +6,7 @@
 #include "genphys/limits.h"
 #include "motion/free_rotation.h"
 #include "motion/locked_axes.h"
+#include "motion/resistance.h"
 #include "step/step_run.h"
 
 namespace genphys {
@@ -231,8 +232,9 @@ void StepRun::KickMover(Mover& mover, double h) {
                          h / 2 * (mover.steady.acceleration + mover.field.acceleration);
   // What holds it gives as much more for the time to come as that is longer than the time it was owed for.
   const double time = mover.past + h / 2, times = mover.past > 0 ? time / mover.past : 0;
+  const std::optional<Resistance> resistance = ResistanceOf(mover);
   const Motion motion =
-      Slowed(mover, time, {state_.linear_velocities.col(row), mover.momentum}, {pushed, mover.yield * mover.twist},
+      Slowed(resistance, time, {state_.linear_velocities.col(row), mover.momentum}, {pushed, mover.yield * mover.twist},
              {times * half.held_velocity, times * half.held_momentum});
   mover.momentum = motion.momentum;
   mover.linear_given = Limited(motion.linear, traits.linear_speed_max);
@@ -253,25 +255,39 @@ void StepRun::KickMover(Mover& mover, double h) {
   const Quaternion orientation = state_.pose(mover.row).orientation;
   // What contacts, joints or locks hold is turned by more than what acts from outside.
   const bool is_driven = half.in_flight && is_slow && held == nullptr && !traits.is_locked && !forward.isZero(0);
-  mover.spin_given = is_driven ? MeanDrivenSpin(orientation, mover.momentum, 2 / h * forward, mass.inverse_tensor, h)
+  const auto torque = [&] { return TorqueOn(resistance, mover.momentum, forward, h); };
+  mover.spin_given = is_driven ? MeanDrivenSpin(orientation, mover.momentum, torque(), mass.inverse_tensor, h)
                      : uniform ? spin
                                : MeanFreeSpin(orientation, spin, mover.momentum, mass.inverse_tensor, h);
+  if (resistance) mover.spin_given = resistance->MeanSpin(h, spin, mover.spin_given);
   state_.angular_velocities.col(row) = mover.spin_given;
   if (held == nullptr) return;
   const Vector3 turning = mover.past > 0 ? Vector3(mover.spin_given - spin) : Vector3::Zero();
   joints_.Kick(mover.row, mover.yield * (mover.turned.inverse * mover.twist), turning, mover.momentum, mover.goes_on);
 }
 
-// How it goes once pushes and what resists it acted for `time`. `given`: by what holds it, which is not counted in.
-Motion StepRun::Slowed(const Mover& mover, double time, const Motion& before, const Motion& pushed,
-                       const Motion& given) const {
+// All that resists it where it is now, if anything does.
+std::optional<Resistance> StepRun::ResistanceOf(const Mover& mover) const {
   const BodyTraits& traits = world_.scene_.entities[Index(mover.row)]->traits;
-  const bool may_resist = traits.linear_damping > 0 || traits.angular_damping > 0 || !fields_.empty();
-  if (may_resist) {
-    const Resistance resistance = fields_.ResistanceOf(mover.row, mover.turned.inverse);
-    if (!resistance.empty()) return resistance.Slowed(time, before, pushed, given);
-  }
+  if (traits.linear_damping == 0 && traits.angular_damping == 0 && fields_.empty()) return std::nullopt;
+  const Resistance resistance = fields_.ResistanceOf(mover.row, mover.turned.inverse);
+  return resistance.empty() ? std::nullopt : std::optional(resistance);
+}
+
+// How it goes once pushes and what resists it acted for `time`. `given`: by what holds it, which is not counted in.
+Motion StepRun::Slowed(const std::optional<Resistance>& resistance, double time, const Motion& before,
+                       const Motion& pushed, const Motion& given) {
+  if (resistance) return resistance->Slowed(time, before, pushed, given);
   return {before.linear + pushed.linear, before.momentum + pushed.momentum};
+}
+
+// Of what turns a body in the substep, by `twist` (N*m*s) in half of it, with what resists that if it is much. In
+// balance nothing is left, and a push alone would give what is small in a thick medium a speed that it never has.
+Vector3 StepRun::TorqueOn(const std::optional<Resistance>& resistance, const Vector3& momentum, const Vector3& twist,
+                          double h) {
+  if (!resistance || !resistance->StopsTurning(h)) return 2 / h * twist;
+  const Motion after = resistance->Slowed(h / 4, {Vector3::Zero(), momentum}, {Vector3::Zero(), twist / 2}, {});
+  return 4 / h * (after.momentum - momentum);
 }
 
 // Whether nothing but locked axes took part in what it gained, and in the momentum by which it was turned.
@@ -378,7 +394,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   const Vector3 acceleration = mover.field.acceleration + (pull.acceleration - mover.pull.acceleration);
   const Vector3 torque = mover.field.torque + (pull.torque - mover.pull.torque);
   const Motion motion =
-      Slowed(mover, h / 2, {half.velocity, half.momentum},
+      Slowed(ResistanceOf(mover), h / 2, {half.velocity, half.momentum},
              {half.steady_kick + h / 2 * acceleration, mover.yield * (half.steady_twist + h / 2 * torque)},
              {half.held_velocity, half.held_momentum});
   state_.linear_velocities.col(row) = Limited(motion.linear + half.held_velocity, traits.linear_speed_max);

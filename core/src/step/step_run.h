@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -132,7 +133,11 @@ class StepRun {
   void BeginMover(Mover& mover);
   void KickMover(Mover& mover, double h);
   void TakeTensors(Mover& mover) const;
-  Motion Slowed(const Mover& mover, double time, const Motion& before, const Motion& pushed, const Motion& given) const;
+  std::optional<Resistance> ResistanceOf(const Mover& mover) const;
+  static Motion Slowed(const std::optional<Resistance>& resistance, double time, const Motion& before,
+                       const Motion& pushed, const Motion& given);
+  static Vector3 TorqueOn(const std::optional<Resistance>& resistance, const Vector3& momentum, const Vector3& twist,
+                          double h);
   void HoldOver(const Mover& mover, double h, const Vector3& gained, const Vector3& turned);
   void EndMover(Mover& mover, double h);
   void KeepEarned(Mover& mover, double h, const Vector3& turned);
