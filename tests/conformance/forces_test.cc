@@ -310,6 +310,28 @@ TEST_P(Forces, TheNetTorqueOnWhatFliesIsWhatDampingTakes) {
   }
 }
 
+TEST_P(Forces, AnImpulseThatTurnsABodyTooFastTakesItOutAndNobodyElse) {
+  Proves({Claim::kImpulse, Claim::kBounds, Claim::kFaultEvents});
+  for (const double impulse : {1e5, 1e9, 1e12}) {
+    for (const double height : {0.0, 5.0}) {
+      const auto world = MakeWorld();
+      EntityDesc plate = Body(Box{{0.5, 0.2, 0.05}}, {0, 0, 1.05 + height});
+      const EntityId lower = Add(*world, Crate({0, 0, 0.5})), upper = Add(*world, plate);
+      Steps(*world, 10);
+      world->TakeEvents();
+
+      Do(*world, ApplyImpulse{.id = upper, .angular = impulse * Vector3(0.5, 0.7, 0.3)});
+      Steps(*world, 10);
+
+      const auto faulted = Of<EntityFaulted>(world->TakeEvents());
+      ASSERT_EQ(faulted.size(), 1u) << impulse << " at " << height;
+      EXPECT_EQ(faulted[0].id, upper);
+      EXPECT_TRUE(PositionOf(*world, upper).allFinite());
+      EXPECT_LE((PositionOf(*world, lower) - Vector3(0, 0, 0.5)).norm(), 2 * kTouch) << impulse << " at " << height;
+    }
+  }
+}
+
 TEST_P(Forces, ASpinningBodyKeepsItsAngularMomentum) {
   Proves({Claim::kFreeRotation});
   const auto world = Weightless(GetParam());

@@ -57,5 +57,72 @@ TEST_P(ImpactsOfTumbling, KeepTheEnergyOfElasticBoxes) {
   EXPECT_GT(hits, kPairs / 2);
 }
 
+// A chip of so many metres that comes down at `speed` m/s askew, to the floor in the first step.
+EntityDesc Chip(Random& random, double half, double speed, double step) {
+  EntityDesc chip = Body(Box{{half, 0.6 * half, 0.3 * half}}, Vector3::Zero(), 1920 * half * half * half);
+  Vector3 way = random.Direction();
+  way.z() = -std::abs(way.z());
+  chip.pose = {Vector3(0, 0, 2 * half) - 0.7 * step * speed * way, random.Turn()};
+  chip.rigid_body->linear_velocity = speed * way;
+  return chip;
+}
+
+TEST_P(ImpactsOfTumbling, TakeOutWhomTheyTurnTooFastAndNobodyElse) {
+  Proves({Claim::kBounds, Claim::kFaultEvents});
+  struct Shot {
+    double half, speed, step;
+  };
+  size_t faults = 0;
+  for (const Shot& shot : {Shot{1e-3, 300, 1.0 / 60}, {5e-4, 10, 0.25}, {1e-2, 1000, 0.25}}) {
+    const auto world_of = [&] {
+      auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(), .stepper = {.step_size = shot.step}});
+      EntityDesc crate = Crate({0, 50, 0.5});
+      crate.rigid_body->linear_velocity = {0, 4, 0};
+      return std::pair(std::move(world), crate);
+    };
+    auto [alone, crate] = world_of();
+    const EntityId left_alone = Add(*alone, crate);
+    Steps(*alone, 3);
+    Random random(7);
+    for (int i = 0; i < 40; ++i) {
+      auto [world, same] = world_of();
+      const EntityId other = Add(*world, same), chip = Add(*world, Chip(random, shot.half, shot.speed, shot.step));
+      for (int k = 0; k < 3; ++k) ASSERT_TRUE(world->Step().ok()) << shot.half << " m at " << shot.speed << ", " << i;
+      for (const EntityFaulted& fault : Of<EntityFaulted>(world->TakeEvents())) {
+        EXPECT_EQ(fault.id, chip);
+        ++faults;
+      }
+      EXPECT_LE(SpinOf(*world, chip).norm(), 3e4);
+      EXPECT_EQ(PositionOf(*world, other), PositionOf(*alone, left_alone)) << "as if the chip were not there";
+    }
+  }
+  EXPECT_GT(faults, 30u);
+}
+
+// Three moments that differ by a tenth and more, so that it turns over many times in each step.
+TEST_P(ImpactsOfTumbling, GiveNoEnergyToWhatTurnsByHundredsOfRadiansInAStep) {
+  Random random(5);
+  int hits = 0;
+  for (int i = 0; i < 40; ++i) {
+    WorldDesc desc{.engine = GetParam(), .gravity = Vector3::Zero(), .stepper = {.step_size = 0.25}};
+    desc.default_auto_disable.enabled = false;
+    const auto world = testing::MakeWorld(desc);
+    EntityDesc plate = Body(Box{{0.5, 0.35, 0.1}}, {0, 0, 3});
+    plate.pose.orientation = random.Turn();
+    plate.rigid_body->linear_velocity = {0, 0, -15};
+    plate.rigid_body->angular_velocity = random.LogUniform(500, 4000) * random.Direction();
+    plate.rigid_body->geometries[0].material.friction = 0;
+    plate.rigid_body->geometries[0].material.restitution = 1;
+    Add(*world, plate);
+    const double before = KineticEnergyOf(*world);
+    for (int k = 0; k < 2; ++k) ASSERT_TRUE(world->Step().ok());
+    const std::vector<Event> events = world->TakeEvents();
+    if (!Of<EntityFaulted>(events).empty()) continue;
+    hits += !Of<ContactBegan>(events).empty();
+    EXPECT_LE(KineticEnergyOf(*world) / before, 1 + 1e-3) << i;
+  }
+  EXPECT_GT(hits, 20);
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -119,6 +119,35 @@ TEST(MeanFreeSpin, KeepsTheEnergyOfWhatTurnsFastForAHundredThousandSteps) {
   }
 }
 
+// Of each inner step of half a radian the fifth power is what it misses, and that is given back to first order.
+TEST(MeanFreeSpin, KeepsTheEnergyOfWhatTurnsByThousandsOfRadiansHoweverFewStepsItIsGiven) {
+  constexpr double kTime = 0.25;
+  const Matrix3 askew = Quaternion(Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized())).toRotationMatrix();
+  for (const Vector3& moments : {Vector3(0.77, 0.13, 0.67), Vector3(0.22, 1, 0.82), Vector3(2, 3, 4)}) {
+    const Matrix3 tensor = askew * moments.asDiagonal() * askew.transpose(), inverse = tensor.inverse();
+    for (const double spin : {100.0, 1e3, 3e3, 1e4}) {
+      for (const int steps_max : {16, 128}) {
+        const Vector3 momentum = tensor * (spin * Vector3(0.5, 0.7, 0.4).normalized());
+        const Vector3 mean = MeanFreeSpin(Quaternion::Identity(), momentum, inverse, kTime, steps_max);
+        const Vector3 own = Turned(Quaternion::Identity(), mean, kTime).conjugate() * momentum;
+        EXPECT_NEAR(own.dot(inverse * own) / momentum.dot(inverse * momentum), 1, 1e-3)
+            << moments.transpose() << " at " << spin << " in " << steps_max;
+      }
+    }
+  }
+}
+
+TEST(MeanFreeSpin, OfWhatIsBlurredIsItsSpin) {
+  const Matrix3 inverse = Vector3(2, 3, 5).asDiagonal();
+  for (const double spin : {1e5, 1e12, 1e30}) {
+    const Vector3 first = spin * Vector3(0.5, 0.7, 0.4);
+    const Vector3 mean = MeanFreeSpin(Quaternion::Identity(), inverse.inverse() * first, inverse, 0.25, 128);
+    EXPECT_TRUE(IsBlurred(first.norm(), 0.25));
+    EXPECT_LE((mean - first).norm(), 1e-12 * spin);
+  }
+  EXPECT_FALSE(IsBlurred(1e4, 0.25)) << "worlds let that be";
+}
+
 TEST(MeanFreeSpin, OfABodyAtRestIsNothing) {
   EXPECT_EQ(MeanFreeSpin(Quaternion::Identity(), Vector3::Zero(), Matrix3::Identity(), 0.01), Vector3(0, 0, 0));
 }

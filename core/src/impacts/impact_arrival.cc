@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "genphys/limits.h"
 #include "impacts/impacts.h"
 #include "joints/joint_step.h"
 #include "joints/row_rate.h"
@@ -135,6 +136,9 @@ std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) 
     if (!struck.motion.is_movable() || !(struck.time > 0)) continue;
     const ImpactMotion after = struck.motion.After(struck.time, bodies_[i], ends[i]);
     arrivals[i] = {after.pose(), after.linear_velocity(), after.angular_velocity()};
+    // Where it turned meanwhile matters no more to whom a world does not let turn so fast.
+    const Vector3& spin = ends[i].angular_velocity;
+    if (spin.cwiseAbs().maxCoeff() > Limits::kSpinMax) arrivals[i].angular_velocity = spin;
     if (past_.StandsOnGround(struck.row)) {
       arrivals[i].acceleration = (after.linear_velocity() - bodies_[i].linear_velocity) / struck.time;
       arrivals[i].by_others = struck.by_others / struck.time;

@@ -9,7 +9,8 @@ namespace genphys {
 namespace {
 
 // On the way to an impact a body is asked for its pose many times. So many inner steps are accurate up to a turn of
-// fifteen radians, and of two and a half about the axis of a slender body.
+// fifteen radians, and of two and a half about the axis of a slender body; what turns by more than 64 takes more of
+// them.
 constexpr int kInnerStepsOfWay = 128;
 
 // Where a free body turns in `time`, which may be negative: with the opposite momentum it goes back the way it came.

@@ -20,11 +20,15 @@ Vector3 TurnBetween(const Quaternion& before, const Quaternion& after, const Vec
 
 /// Bounds the work for a body at the limits of spin and step size.
 constexpr int kInnerStepsMax = 4096;
+/// Whether what turns by `spin` (rad/s) turns so often in `time` seconds that all inner steps there may be are too long
+/// for how its axis goes: faster than worlds let anybody turn in any step.
+bool IsBlurred(double spin, double time);
 
 /// The constant angular velocity (rad/s, world) that turns `orientation` in `time` seconds to where a free body with
 /// the world angular momentum `momentum` (kg*m^2/s) and the inverse tensor `inverse_tensor` (axes of the body) goes.
 /// The engine, which knows constant angular velocities only, is given this one and ends at the right orientation.
-/// Takes no more than `steps_max` inner steps: with too few for how fast it turns, accuracy is lost, not stability.
+/// Takes no more than `steps_max` inner steps, unless these were longer than half a radian: with too few for how fast
+/// it turns, accuracy is lost, not stability. What is blurred goes on as it turns at first.
 Vector3 MeanFreeSpin(const Quaternion& orientation, const Vector3& momentum, const Matrix3& inverse_tensor, double time,
                      int steps_max = kInnerStepsMax);
 /// The same of a body whose `spin` (rad/s, world) at first is known.

@@ -378,6 +378,10 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const Ro
     locked_.Finish(changed);
     looked_at = &changed;
     if (!rows.empty()) TellMoved(rows, elapsed, looked_at);
+    // Those whom an impact threw out of the bounds of the world meet nobody any more.
+    const auto is_stray = [&](const FlownWay& way) { return scratch_.strays[way.row]; };
+    std::erase_if(flown, is_stray);
+    std::erase_if(renewed, is_stray);
     FillRelativeVelocities(looked_at);
   }
   if (!is_over && after_move) StopThoseLeft(h, elapsed, flown, renewed, looked_at);

@@ -56,6 +56,8 @@ double StepRun::ThicknessOf(const SceneEntity& entity) {
 // Whether its way through this step has a closed form as long as nothing comes in between.
 bool StepRun::MayFly(EntityRow row) const {
   if (!world_.layer_.half_steps[Index(row)].in_flight || scratch_.jointed[row]) return false;
+  // An impulse may make it turn as fast as that.
+  if (IsBlurred(state_.angular_velocities.col(Index(row)).norm(), step_size_)) return false;
   return !scratch_.steered[row] && world_.scene_.entities[Index(row)]->traits.is_free;
 }
 

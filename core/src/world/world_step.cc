@@ -191,6 +191,8 @@ void StepRun::Advance() {
 
 // What contacts, joints or command move, in the engine's lane.
 void StepRun::RunEngine(uint32_t substeps) {
+  // Commands may have made somebody too fast, whom nobody is to meet then.
+  RetireStrays();
   courses_.Find(kinematic_rows_, substep_);
   SettleBeforehand();
   for (uint32_t i = 0; i < substeps; ++i) {
