@@ -209,5 +209,32 @@ TEST(SolveBlows, EndsAtTheLawsWhereSweepsAreSlow) {
   }
 }
 
+// A bar that hangs on something which moves along by itself, steeply before where it is held: what the ground gives it
+// makes it rub, and that presses it down by many times as much. At such a speed no number tells how hard.
+TEST(SolveBlows, LeaveAloneWhatWouldRunAway) {
+  for (const double lead : {0.1, 0.05, 0.03}) {
+    const Vector3 velocity(-1e305, 0, -1e304);
+    std::vector<StruckBody> bodies{{}, Moving({1, 1, 1}, velocity, {0, 0, 0})};
+    std::vector<JointBody> held(2);
+    held[0].linear_velocity = held[1].linear_velocity = velocity;
+    held[1].row = EntityRow{1};
+    held[1].inverse_mass = 1;
+    held[1].inverse_tensor.setIdentity();
+    std::vector<JointRow> rows;
+    for (int axis = 0; axis < 3; ++axis) {
+      rows.push_back({.b = EntityRow{1}, .axis = Vector3::Unit(axis), .softness = 1e-8});
+    }
+    Ties ties;
+    ASSERT_TRUE(ties.Add(std::array<uint32_t, 1>{1}, held, rows, {0, 0, 0}));
+    std::vector<Blow> blows{{.body_a = 0, .body_b = 1, .position = {-lead, 0, -1}, .friction = 0.5}};
+
+    SolveBlows(blows, bodies, ties);
+
+    EXPECT_EQ(blows[0].impulse, 0) << lead;
+    EXPECT_EQ(bodies[1].linear_velocity, velocity) << lead;
+    EXPECT_EQ(bodies[1].angular_velocity, Vector3(0, 0, 0)) << lead;
+  }
+}
+
 }  // namespace
 }  // namespace genphys

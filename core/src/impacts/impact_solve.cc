@@ -112,6 +112,7 @@ class Group {
   void Add(Blow& blow) { blows_.emplace_back(blow, bodies_, ties_, passed_); }
   // What was found is told to blows and bodies, and another group may be added.
   void Finish() {
+    if (RanAway()) BeginAnew();
     for (Settling& settling : blows_) {
       settling.Finish();
       VisitMoved(settling.blow(), [&](uint32_t body) {
@@ -315,6 +316,18 @@ class Group {
       NoteChange(blows[i], sweep);
     }
     return true;
+  }
+
+  // Whether something pressed harder the more it rubbed, from sweep to sweep, until no number was as large. Where what
+  // moves by itself wedges others between it and the ground, there is no answer: that is left to the next solve.
+  bool RanAway() const {
+    return !std::ranges::all_of(blows_, [&](const Settling& settling) {
+      bool is_finite = settling.impulse().allFinite();
+      VisitMoved(settling.blow(), [&](uint32_t body) {
+        is_finite = is_finite && speeds_[body].linear.allFinite() && speeds_[body].angular.allFinite();
+      });
+      return is_finite;
+    });
   }
 
   // What the heaviest body that they move has at the fastest rate before them, N*s.
