@@ -5,7 +5,9 @@
 #include <deque>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,10 +23,15 @@ constexpr std::chrono::seconds kLong{20};
 // A call to worlds that answer when they are told to.
 class Call {
  public:
-  explicit Call(size_t worlds) {
+  explicit Call(size_t worlds, size_t expected_bytes = 0) {
     call_ = std::make_shared<StepWorldsCall>(
-        std::vector<Bytes>(worlds), WorkerPool::Clock::now() + 2 * kLong, pool_,
-        [this](const WorldCall&, Reply reply) { replies_.push_back(std::move(reply)); });
+        std::vector<Bytes>(worlds), deadline_, pool_,
+        [this](const WorldCall& call, Reply reply) {
+          const std::lock_guard lock(mutex_);
+          EXPECT_LT(call.deadline, deadline_);
+          replies_.push_back(std::move(reply));
+        },
+        [=](const Bytes&) { return expected_bytes; });
     call_->Begin();
   }
   ~Call() {
@@ -34,13 +41,30 @@ class Call {
 
   // The next `count` worlds answer, each with so many bytes. A world that begins meanwhile is one of them.
   void Answer(size_t count, size_t bytes = 0) {
-    for (; count > 0; --count) replies_[answered_++](EncodedMessage{MakeBytes(std::string(bytes, 'x'))});
+    for (; count > 0; --count) AnswerOne(answered_++, bytes);
+  }
+  void AnswerOne(size_t world, size_t bytes = 0) {
+    Reply reply;
+    {
+      const std::lock_guard lock(mutex_);
+      reply = std::exchange(replies_[world], nullptr);
+    }
+    if (reply) reply(EncodedMessage{MakeBytes(std::string(bytes, 'x'))});
   }
   // All answer that have begun, and those that begin by that.
   void AnswerAll(size_t bytes) {
     while (answered_ < begun()) Answer(1, bytes);
   }
-  size_t begun() const { return replies_.size(); }
+  size_t begun() const {
+    const std::lock_guard lock(mutex_);
+    return replies_.size();
+  }
+  // Whether so many begin, sooner or later.
+  bool Begins(size_t count) const {
+    const auto give_up = WorkerPool::Clock::now() + kLong;
+    while (begun() < count && WorkerPool::Clock::now() < give_up) std::this_thread::yield();
+    return begun() >= count;
+  }
 
   // How many replies the next message has; it is asked for now.
   std::future<int> Next() {
@@ -55,6 +79,8 @@ class Call {
 
  private:
   WorkerPool pool_{1};
+  const WorkerPool::Clock::time_point deadline_ = WorkerPool::Clock::now() + 2 * kLong;
+  mutable std::mutex mutex_;
   std::deque<Reply> replies_;
   size_t answered_ = 0;
   std::shared_ptr<StepWorldsCall> call_;
@@ -109,10 +135,42 @@ TEST(StepWorldsCall, GoesOnWhileItIsReadAndHoldsFewRepliesThatNobodyReads) {
   EXPECT_EQ(told, 100);
 }
 
+TEST(StepWorldsCall, LetsNobodyWaitForSlowWorlds) {
+  Call call(5 * StepWorldsCall::kWithWorldsMax);
+  std::future<int> first = call.Next();
+  EXPECT_GE(call.begun(), StepWorldsCall::kWithWorldsMax) << "those that go at once";
+  ASSERT_TRUE(call.Begins(5 * StepWorldsCall::kWithWorldsMax)) << "none of them has answered";
+  call.AnswerOne(5 * StepWorldsCall::kWithWorldsMax - 1);
+  ASSERT_EQ(first.wait_for(kLong), std::future_status::ready);
+  EXPECT_EQ(first.get(), 1);
+  call.Answer(5 * StepWorldsCall::kWithWorldsMax - 1);
+}
+
+TEST(StepWorldsCall, WaitsForSlowWorldsWhereRepliesWouldBeTooManyBytes) {
+  constexpr size_t kBytes = StepWorldsCall::kUnsentBytesMax / 5;
+  Call call(30, kBytes);
+  EXPECT_EQ(call.begun(), 5u);
+  std::this_thread::sleep_for(5 * StepWorldsCall::kLong);
+  EXPECT_EQ(call.begun(), 5u) << "they are to come, however long they take";
+  std::future<int> first = call.Next();
+  call.Answer(1, 10);
+  EXPECT_TRUE(call.Begins(6));
+}
+
+TEST(StepWorldsCall, ExpectsRepliesToBeLargerOnceOneWas) {
+  constexpr size_t kBytes = StepWorldsCall::kUnsentBytesMax / 5;
+  Call call(100);
+  std::future<int> first = call.Next();
+  EXPECT_EQ(call.begun(), StepWorldsCall::kWithWorldsMax);
+  call.Answer(1, kBytes);
+  std::this_thread::sleep_for(5 * StepWorldsCall::kLong);
+  EXPECT_EQ(call.begun(), StepWorldsCall::kWithWorldsMax);
+}
+
 TEST(StepWorldsCall, HoldsFewBytesThatNobodyReads) {
   constexpr size_t kBytes = StepWorldsCall::kMessageBytesMax;
   constexpr int kHeld = StepWorldsCall::kUnsentBytesMax / kBytes;
-  Call call(30);
+  Call call(30, kBytes);
   std::future<int> first = call.Next();
   call.AnswerAll(kBytes);
   EXPECT_EQ(first.get(), 1);

@@ -23,6 +23,7 @@ class NamedHost final : public WorldHost {
     response.mutable_world()->set_name(name_);
     reply(EncodedMessage{EncodeReply(response)});
   }
+  size_t frame_bytes_max() const override { return 0; }
   std::shared_ptr<Subscription> Watch(WorldMethod, Bytes) override { return nullptr; }
   void Drain(Status why) override { drained_with = why; }
 

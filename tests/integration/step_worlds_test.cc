@@ -2,11 +2,15 @@
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "conformance/engine_test.h"
+#include "genphys/wire/early_end.h"
 #include "genphys/wire/error.h"
 #include "support/sweep.h"
 #include "support/test_server.h"
@@ -23,9 +27,10 @@ struct Outcome {
   Status end;
 };
 
-Outcome CallStepWorlds(TestServer& server, const v1::StepWorldsRequest& request) {
+Outcome CallStepWorlds(TestServer& server, const v1::StepWorldsRequest& request,
+                       std::chrono::milliseconds time = kPatience) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + time);
   const auto reader = server.simulation().StepWorlds(&context, request);
   Outcome outcome;
   for (v1::StepWorldsResponse message; reader->Read(&message); ++outcome.messages) {
@@ -161,6 +166,42 @@ TEST(StepWorldsCall, RefusesARequestThatIsWrongAsAWhole) {
 
   request.add_requests()->set_world("worlds/nobody");
   ExpectRefusal(CallStepWorlds(server, request).end, Reason::kOutOfRange, "requests");
+}
+
+// Each of them has its turn, and none is still at it when nobody waits any more. How long until a machine, however
+// busy, has made a step of each and told of it is found by trying.
+TEST(StepWorldsCall, TellsHowFarEachOfManySlowWorldsCameBeforeTheDeadline) {
+  constexpr uint32_t kMany = 100000, kWorlds = 20;
+  TestServer server;
+  v1::StepWorldsRequest request;
+  std::vector<uint64_t> steps;
+  for (uint32_t i = 0; i < kWorlds; ++i) {
+    v1::StepRequest& each = *request.add_requests();
+    each.set_world(MakeHeap(server, EnginesWithContacts().front(), static_cast<int>(i)));
+    each.set_steps(kMany);
+    steps.push_back(0);
+  }
+  request.add_requests()->set_world(server.CreateWorld().world().name());
+  for (std::chrono::milliseconds time(500); time < kPatience; time *= 2) {
+    const Outcome outcome = CallStepWorlds(server, request, time);
+    size_t told = 0;
+    for (uint32_t i = 0; i < kWorlds; ++i) {
+      const uint64_t before =
+          std::exchange(steps[i], server.Step(request.requests(static_cast<int>(i)).world(), 0).stamp().step());
+      if (!outcome.results.contains(i)) continue;
+      const Status refusal = DecodeRefusal(outcome.results.at(i).refusal());
+      EXPECT_EQ(refusal.code(), absl::StatusCode::kDeadlineExceeded);
+      const std::optional<EarlyEnd> end = EarlyEndOf(refusal);
+      if (!end) continue;
+      EXPECT_EQ(end->step, steps[i]);
+      EXPECT_EQ(end->steps_done, steps[i] - before);
+      if (end->steps_done > 0) ++told;
+    }
+    if (!outcome.end.ok() || told < kWorlds || !outcome.results.contains(kWorlds)) continue;
+    EXPECT_TRUE(outcome.results.at(kWorlds).has_response()) << "it is light";
+    return;
+  }
+  FAIL() << "not all were told before the deadline";
 }
 
 TEST(StepWorldsCall, StopsItsWorldsWhenTheCallerIsGone) {

@@ -109,7 +109,7 @@ v1::World::State HostedWorld::state() const {
   return pace_ ? v1::World::STATE_PLAYING : v1::World::STATE_PAUSED;
 }
 
-void HostedWorld::UpdateSummary() { summary_.Update(world_->scene().world, stamp(), state(), rests_at_ && pace_); }
+void HostedWorld::UpdateSummary() { summary_.Update(*world_, stamp(), state(), rests_at_ && pace_); }
 
 // Who hears of a step and asks where the world is finds it there.
 std::shared_ptr<const EventChunk> HostedWorld::PublishEvents() {

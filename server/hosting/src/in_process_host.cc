@@ -189,6 +189,8 @@ void InProcessHost::Tell(const WorldCall& call, const Reply& reply) const {
   }
 }
 
+size_t InProcessHost::frame_bytes_max() const { return hosted_->summary().frame_bytes_max(); }
+
 std::shared_ptr<Subscription> InProcessHost::Watch(WorldMethod method, Bytes request) {
   if (method == WorldMethod::kWatchFrames) return hosted_->frames()->Watch(std::move(request));
   return hosted_->events()->Watch(std::move(request));

@@ -1,6 +1,7 @@
 #include "genphys/hosting/step_worlds_call.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -25,16 +26,57 @@ EncodedMessage EncodeResult(size_t index, const Result<EncodedMessage>& outcome)
   return pieces;
 }
 
+WorkerPool::Clock::time_point BeforeDeadline(WorkerPool::Clock::time_point deadline) {
+  using Clock = WorkerPool::Clock;
+  const auto now = Clock::now();
+  if (deadline == Clock::time_point::max() || deadline <= now) return deadline;
+  return deadline - std::min<Clock::duration>((deadline - now) / 10, StepWorldsCall::kReplyTimeMax);
+}
+
 }  // namespace
 
-bool StepWorldsCall::MayBegin() const {
+StepWorldsCall::StepWorldsCall(std::vector<Bytes> requests, WorkerPool::Clock::time_point deadline, WorkerPool& pool,
+                               ServeCall serve, Expect expect)
+    : requests_(std::move(requests)),
+      deadline_(BeforeDeadline(deadline)),
+      pool_(pool),
+      serve_(std::move(serve)),
+      expect_(std::move(expect)) {}
+
+bool StepWorldsCall::MayBegin() {
   if (cancelled_ || begun_ == requests_.size()) return false;
-  const size_t held = with_worlds_ + (receiver_ ? 0 : unsent_.size());
-  if (held >= std::max<size_t>(kWithWorldsMax, 2 * pool_.threads())) return false;
-  if (unsent_bytes_ + (with_worlds_ + 1) * largest_bytes_ <= kUnsentBytesMax) return true;
+  if (!next_bytes_) next_bytes_ = expect_(requests_[begun_]);
+  return HasRoomFor(*next_bytes_) && IsTheirTurn();
+}
+
+bool StepWorldsCall::HasRoomFor(size_t bytes) const {
+  const size_t to_come = expected_bytes_ + bytes + (with_worlds_.size() + 1) * unexpected_bytes_;
+  if (unsent_bytes_ + to_come <= kUnsentBytesMax) return true;
   // Replies that are larger would otherwise come one at a time.
   const bool is_read = receiver_ || unsent_.empty();
-  return is_read && unsent_bytes_ < kUnsentBytesMax && with_worlds_ < pool_.threads();
+  return is_read && unsent_bytes_ < kUnsentBytesMax && with_worlds_.size() < pool_.threads();
+}
+
+// If not, it will be seen again when one has been with its world for long.
+bool StepWorldsCall::IsTheirTurn() {
+  const size_t most = std::max<size_t>(kWithWorldsMax, 2 * pool_.threads());
+  const size_t unread = receiver_ ? 0 : unsent_.size();
+  if (unread >= most) return false;
+  const auto now = WorkerPool::Clock::now();
+  size_t lately = 0;
+  auto first = with_worlds_.end();
+  while (first != with_worlds_.begin() && std::prev(first)->second.since + kLong > now) --first, ++lately;
+  if (unread + lately < most) return true;
+  if (first != with_worlds_.end() && !std::exchange(is_turn_timed_, true)) {
+    pool_.PostAt(first->second.since + kLong, [self = shared_from_this()] {
+      {
+        const std::lock_guard lock(self->mutex_);
+        self->is_turn_timed_ = false;
+      }
+      self->BeginMore();
+    });
+  }
+  return false;
 }
 
 void StepWorldsCall::BeginMore() {
@@ -43,7 +85,9 @@ void StepWorldsCall::BeginMore() {
   if (std::exchange(beginning_, true)) return;
   while (MayBegin()) {
     const size_t index = begun_++;
-    ++with_worlds_;
+    const size_t bytes = *std::exchange(next_bytes_, std::nullopt);
+    with_worlds_[index] = {WorkerPool::Clock::now(), bytes};
+    expected_bytes_ += bytes;
     WorldCall call{.method = WorldMethod::kStep,
                    .request = std::exchange(requests_[index], {}),
                    .deadline = deadline_,
@@ -60,10 +104,11 @@ void StepWorldsCall::BeginMore() {
 void StepWorldsCall::Finish(size_t index, const Result<EncodedMessage>& outcome) {
   EncodedMessage result = EncodeResult(index, outcome);
   std::unique_lock lock(mutex_);
-  --with_worlds_;
+  const size_t expected = with_worlds_.extract(index).mapped().expected_bytes;
+  expected_bytes_ -= expected;
   const size_t bytes = SizeOf(result);
   unsent_bytes_ += bytes;
-  largest_bytes_ = answered_++ == 0 ? bytes : std::max(largest_bytes_, bytes);
+  if (bytes > expected) unexpected_bytes_ = std::max(unexpected_bytes_, bytes - expected);
   unsent_.push_back(std::move(result));
   Deliver(lock);
   BeginMore();

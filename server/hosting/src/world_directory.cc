@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <exception>
 #include <new>
 #include <optional>
@@ -301,6 +302,28 @@ std::shared_ptr<Subscription> WorldDirectory::Watch(WorldMethod method, Bytes re
   return host->Watch(method, std::move(call.request));
 }
 
+// What the reply to an encoded StepRequest will take, or a little less than that: nobody knows yet what will happen.
+size_t WorldDirectory::StepReplyBytes(const Bytes& request) const {
+  constexpr size_t kHead = 1024;          // without frame and events
+  constexpr size_t kEvents = 64 << 10;    // a guess
+  constexpr size_t kCommandBytesMin = 4;  // of one that creates
+  constexpr size_t kCommandsMax = 100'000;
+  constexpr size_t kIdBytes = 12;
+  constexpr size_t kRowBytes = 200;  // of a frame, with whatever a command creates
+  const std::string_view bytes = request.view;
+  const auto head = ScanRequestHead(InfoOf(WorldMethod::kStep).head, bytes);
+  if (!head) return kHead;
+  const auto asks_for = [&](int number) { return !ScanPayloads(static_cast<uint32_t>(number), bytes)->empty(); };
+  const size_t commands = head->has_commands ? std::min(bytes.size() / kCommandBytesMin, kCommandsMax) : 0;
+  size_t size = kHead + commands * kIdBytes;
+  if (asks_for(v1::StepRequest::kEventsFieldNumber)) size += kEvents;
+  if (asks_for(v1::StepRequest::kFrameFieldNumber)) {
+    const std::shared_ptr<WorldHost> host = Find({"", std::string(head->world)});
+    if (host != nullptr) size += host->frame_bytes_max() + commands * kRowBytes;
+  }
+  return size;
+}
+
 std::shared_ptr<Subscription> WorldDirectory::StepWorlds(const Bytes& request,
                                                          std::chrono::steady_clock::time_point deadline) {
   if (draining_) return std::make_shared<EndedSubscription>(pool_, Draining());
@@ -308,7 +331,8 @@ std::shared_ptr<Subscription> WorldDirectory::StepWorlds(const Bytes& request,
   if (!requests.ok()) return std::make_shared<EndedSubscription>(pool_, requests.status());
   auto call = std::make_shared<StepWorldsCall>(
       *std::move(requests), deadline, pool_,
-      [this](WorldCall step, Reply reply) { Handle(std::move(step), std::move(reply)); });
+      [this](WorldCall step, Reply reply) { Handle(std::move(step), std::move(reply)); },
+      [this](const Bytes& step) { return StepReplyBytes(step); });
   call->Begin();
   return call;
 }

@@ -3,8 +3,17 @@
 #include "genphys/wire/encode.h"
 
 namespace genphys {
+namespace {
 
-void WorldSummary::Update(const WorldDesc& desc, const Stamp& stamp, v1::World::State state, bool is_left_alone) {
+// Of an id, and of pose, velocities and net force; of an id, and of position, rate and force of a joint.
+constexpr size_t kEntityBytes = sizeof(uint64_t) + (7 + 6 + 6) * sizeof(double) + 1;
+constexpr size_t kJointBytes = sizeof(uint64_t) + (6 + 6 + 6) * sizeof(double);
+
+}  // namespace
+
+void WorldSummary::Update(const World& world, const Stamp& stamp, v1::World::State state, bool is_left_alone) {
+  const WorldDesc& desc = world.scene().world;
+  frame_bytes_max_ = world.entity_count() * kEntityBytes + world.joint_count() * kJointBytes;
   const std::lock_guard lock(mutex_);
   // It seldom changes, and copies on the heap.
   if (!(desc == desc_)) desc_ = desc;

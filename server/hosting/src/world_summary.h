@@ -1,4 +1,6 @@
 #pragma once
+#include <atomic>
+#include <cstddef>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -16,7 +18,7 @@ class WorldSummary {
       : name_(std::move(name)), record_state_hash_(record_state_hash) {}
 
   /// How the world is now. `is_left_alone`: it plays, and does not take its steps when they are due.
-  void Update(const WorldDesc& desc, const Stamp& stamp, v1::World::State state, bool is_left_alone);
+  void Update(const World& world, const Stamp& stamp, v1::World::State state, bool is_left_alone);
   /// It does not play, wherever it is.
   void SetState(v1::World::State state);
 
@@ -24,6 +26,8 @@ class WorldSummary {
   bool IsCurrent() const;
   /// The reply to GetWorld as of the last update.
   v1::GetWorldResponse Tell() const;
+  /// Of a frame with all columns, as of the last update.
+  size_t frame_bytes_max() const { return frame_bytes_max_; }
 
  private:
   const std::string name_;
@@ -33,6 +37,7 @@ class WorldSummary {
   Stamp stamp_;
   v1::World::State state_ = v1::World::STATE_PAUSED;
   bool is_left_alone_ = false;
+  std::atomic<size_t> frame_bytes_max_ = 0;
 };
 
 }  // namespace genphys

@@ -34,6 +34,7 @@ class InProcessHost final : public WorldHost, public std::enable_shared_from_thi
   ~InProcessHost() override;
 
   void Handle(WorldCall call, Reply reply) override;
+  size_t frame_bytes_max() const override;
   std::shared_ptr<Subscription> Watch(WorldMethod method, Bytes request) override;
   void Drain(Status why) override;
 

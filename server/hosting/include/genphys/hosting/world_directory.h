@@ -71,6 +71,7 @@ class WorldDirectory {
   void Unreserve(const WorldKey& key);
   void FinishCreation(const std::shared_ptr<Creation>& creation, const Result<EncodedMessage>& outcome);
   Status Unknown(const WorldCall& call) const;
+  size_t StepReplyBytes(const Bytes& request) const;
   void ListPage(const Bytes& request, const Reply& reply);
 
   WorkerPool& pool_;

@@ -71,6 +71,9 @@ class WorldHost {
   /// are not answered yet are refused.
   virtual void Handle(WorldCall call, Reply reply) = 0;
 
+  /// How large a frame of it may be at most, as it was after its last step. Waits for nothing.
+  virtual size_t frame_bytes_max() const = 0;
+
   /// Subscribes by an encoded WatchEventsRequest or WatchFramesRequest; a bad one ends the stream with the refusal.
   virtual std::shared_ptr<Subscription> Watch(WorldMethod method, Bytes request) = 0;
 
