@@ -45,6 +45,11 @@ def test_what_a_world_holds_is_read_where_the_model_reads_it(tree):
     assert "2,000,000 entities" in output
 
 
+def test_what_shapes_of_a_world_take_is_read_where_the_model_reads_it(tree):
+    page = (tree / "docs" / "limits.md").read_text()
+    assert "1,000,000 geometries" in page and "1,024 MiB" in page
+
+
 def test_a_changed_limit_makes_the_page_stale(tree):
     edit(tree / "proto/genphys/v1/shape.proto", "max: 1e5", "max: 2e5")
     status, output = check(tree)

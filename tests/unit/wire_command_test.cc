@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "genphys/limits.h"
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
 #include "wire_round_trip.h"
@@ -121,6 +122,24 @@ TEST(WireCommand, RefusesACommandOfNoKind) {
   commands.Add();
 
   EXPECT_EQ(Verdict(DecodeCommands(commands).status()), "MISSING_FIELD commands[0].kind");
+}
+
+TEST(WireCommand, BringsNoMoreGeometriesThanAWorldHolds) {
+  google::protobuf::RepeatedPtrField<v1::Command> commands;
+  v1::Command whole;
+  v1::RigidBody& body = *whole.mutable_create_entity()->mutable_entity()->mutable_rigid_body();
+  for (unsigned i = 0; i < Limits::kGeometriesMax; ++i) body.add_geometries()->mutable_shape()->mutable_sphere();
+  for (unsigned i = 0; i < Limits::kWorldGeometriesMax / Limits::kGeometriesMax; ++i) *commands.Add() = whole;
+  const std::string next = "commands[" + std::to_string(commands.size()) + "].";
+  v1::RigidBody& rest = *commands.Add()->mutable_update_entity()->mutable_entity()->mutable_rigid_body();
+  for (unsigned i = 0; i < Limits::kWorldGeometriesMax % Limits::kGeometriesMax; ++i) {
+    rest.add_geometries()->mutable_shape()->mutable_sphere();
+  }
+  EXPECT_TRUE(DecodeCommands(commands).ok());
+
+  rest.add_geometries()->mutable_shape()->mutable_sphere();
+  EXPECT_EQ(Verdict(DecodeCommands(commands).status()),
+            "LIMIT_EXCEEDED " + next + "update_entity.entity.rigid_body.geometries");
 }
 
 TEST(WireCommand, RefusesAnEngineNameOfAnotherForm) {

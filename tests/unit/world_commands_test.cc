@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "genphys/limits.h"
+#include "genphys/surface.h"
 #include "support/scenes.h"
 
 namespace genphys::testing {
@@ -71,6 +72,64 @@ TEST(Commands, LetNoMoreForcesWaitThanAWorldHolds) {
   Do(*scene.world, one);
   EXPECT_EQ(scene.world->layer_state().forces.size(), 1u);
   Do(*scene.world, column);
+}
+
+TEST(Commands, MakeNoMoreGeometriesThanAWorldHolds) {
+  Scene scene;
+  const auto with = [](size_t count) {
+    EntityDesc desc = Ball({0, 0, 0});
+    desc.rigid_body->motion_type = MotionType::kStatic;
+    desc.rigid_body->geometries.assign(count, Geometry{.shape = Sphere{}});
+    return desc;
+  };
+  // The ball is one, and the world has a ground.
+  const size_t left = Limits::kWorldGeometriesMax - 2, most = Limits::kGeometriesMax;
+  std::vector<Command> batch(left / most, CreateEntity{with(most)});
+  batch.push_back(CreateEntity{with(left % most + 1)});
+  const std::string last = "commands[" + std::to_string(batch.size() - 1) + "].";
+  ExpectRefused(*scene.world, batch, Reason::kLimitExceeded, last + "create_entity.entity.rigid_body.geometries");
+  batch.back() = CreateEntity{with(left % most)};
+  const Result<std::vector<CreatedId>> created = scene.world->Apply(batch);
+  ASSERT_TRUE(created.ok()) << created.status();
+
+  UpdateEntity more{.id = EntityId::FromPacked(created->front().packed()), .entity = with(most - 1), .fields = {}};
+  more.fields.Add(EntityField::kGeometries);
+  UpdateEntity whole = more;
+  whole.entity = with(most);
+  const CreateEntity another{with(1)};
+  ExpectRefused(*scene.world, {another}, Reason::kLimitExceeded,
+                "commands[0].create_entity.entity.rigid_body.geometries");
+  ExpectRefused(*scene.world, {more, another, whole}, Reason::kLimitExceeded,
+                "commands[2].update_entity.entity.rigid_body.geometries");
+  Do(*scene.world, more);
+  Do(*scene.world, another);
+  ExpectRefused(*scene.world, {another}, Reason::kLimitExceeded,
+                "commands[0].create_entity.entity.rigid_body.geometries");
+  EXPECT_TRUE(scene.world->Apply(std::vector<Command>{DeleteEntity{scene.ball}, another}).ok());
+}
+
+TEST(Commands, MakeNoMoreShapesThanAWorldHasMemoryForAndCountCopiesOnce) {
+  Scene scene;
+  const auto field = [](double height) {
+    constexpr uint32_t kSide = Limits::kHeightfieldSideMax;
+    EntityDesc desc = Ball({0, 0, 0});
+    desc.rigid_body->motion_type = MotionType::kStatic;
+    desc.rigid_body->geometries = {
+        {.shape = *MakeHeightfield(kSide, kSide, 1, std::vector<double>(kSide * kSide, height))}};
+    return desc;
+  };
+  const CreateEntity first{field(0)};
+  const size_t bytes = DataBytesOf(first.entity.rigid_body->geometries[0].shape);
+  const size_t room = (size_t{Limits::kShapeMebibytesMax} << 20) / bytes;
+  std::vector<Command> batch(2 * room, first);
+  ASSERT_TRUE(scene.world->Apply(batch).ok()) << "they are all the same";
+
+  batch.clear();
+  for (size_t i = 1; i <= room; ++i) batch.push_back(CreateEntity{field(static_cast<double>(i))});
+  ExpectRefused(*scene.world, batch, Reason::kLimitExceeded,
+                "commands[" + std::to_string(room - 1) + "].create_entity.entity.rigid_body.geometries[0].shape");
+  batch.pop_back();
+  EXPECT_TRUE(scene.world->Apply(batch).ok());
 }
 
 TEST(Commands, TellNullForgedAndStaleIdsApart) {

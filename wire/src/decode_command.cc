@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "enums.h"
+#include "genphys/limits.h"
 #include "genphys/wire/decode.h"
 #include "joint_mask.h"
 #include "update_mask.h"
@@ -141,6 +142,23 @@ Result<Command> DecodeUnder(std::string_view name, const Message& message) {
   return decoded;
 }
 
+// No world has room for more than that, so that what brings more need not be made first.
+Status CheckGeometries(const google::protobuf::RepeatedPtrField<v1::Command>& commands) {
+  size_t count = 0;
+  for (int i = 0; i < commands.size(); ++i) {
+    const bool creates = commands[i].has_create_entity();
+    const v1::Entity& entity = creates ? commands[i].create_entity().entity() : commands[i].update_entity().entity();
+    count += static_cast<size_t>(entity.rigid_body().geometries_size());
+    if (count <= Limits::kWorldGeometriesMax) continue;
+    return Refuse(
+        Reason::kLimitExceeded,
+        "commands[" + std::to_string(i) + (creates ? "].create_entity" : "].update_entity") +
+            ".entity.rigid_body.geometries",
+        "a world holds " + std::to_string(Limits::kWorldGeometriesMax) + " geometries, and a batch brings no more");
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 Result<ApplyForce> DecodeForce(const v1::ApplyForce& force) {
@@ -199,6 +217,7 @@ Result<Command> DecodeCommand(const v1::Command& command) {
 }
 
 Result<std::vector<Command>> DecodeCommands(const google::protobuf::RepeatedPtrField<v1::Command>& commands) {
+  GENPHYS_RETURN_IF_ERROR(CheckGeometries(commands));
   std::vector<Command> decoded;
   decoded.reserve(static_cast<size_t>(commands.size()));
   for (int i = 0; i < commands.size(); ++i) {

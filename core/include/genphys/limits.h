@@ -43,6 +43,10 @@ struct Limits {
   static constexpr unsigned kHeightfieldSideMax = 1024;
   static constexpr unsigned kJointsMax = 1'000'000;
   static constexpr unsigned kEntitiesMax = 1'000'000;
+  /// Of all entities of a world together, each of which takes about 2 kB.
+  static constexpr unsigned kWorldGeometriesMax = 1'000'000;
+  /// That the hulls, meshes and heightfields of a world take, each counted once however many copies it has.
+  static constexpr unsigned kShapeMebibytesMax = 1024;
   /// Forces of commands that wait for a step, or for more of them.
   static constexpr unsigned kPendingForcesMax = 2'000'000;
   /// Of geometries near each other, and of points at which they touch, when a step begins: memory grows with them.

@@ -10,6 +10,7 @@
 
 #include "genphys/contact.h"
 #include "genphys/entity.h"
+#include "genphys/held_shapes.h"
 
 namespace genphys {
 
@@ -36,6 +37,7 @@ class PairRule final {
     Material material;                           // filled
     Vector3 surface_velocity = Vector3::Zero();  // m/s, in the frame of the entity
     ErrorCorrection correction;                  // filled
+    const void* data = nullptr;                  // of its shape: see HeldShapes
   };
 
   /// Symmetric: nothing that is disregarded collides; each side must be in the other's mask; members of one space and
@@ -62,6 +64,8 @@ class PairRule final {
   bool Before(GeometryRow a, GeometryRow b) const;
 
   const GeometryInfo& info(GeometryRow row) const { return infos_[Index(row)]; }
+  size_t geometry_count() const { return infos_.size() - free_.size(); }
+  const HeldShapes& shapes() const { return shapes_; }
 
   /// Registers the geometries of one entity and returns their rows.
   GeometryRows Add(EntityRow entity, EntityId id, const RigidBody& body);
@@ -77,6 +81,7 @@ class PairRule final {
   std::vector<GeometryInfo> infos_;
   size_t running_surfaces_ = 0;
   std::vector<GeometryRow> free_;
+  HeldShapes shapes_;
   std::unordered_map<std::string, uint32_t> space_roots_;
   struct HashOfTwo {
     size_t operator()(const std::pair<EntityId, EntityId>& two) const {

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "commands/missing_features.h"
+#include "genphys/held_shapes.h"
 #include "genphys/limits.h"
+#include "genphys/surface.h"
 #include "genphys/work_watch.h"
 #include "genphys/world.h"
 #include "model/cat.h"
@@ -47,6 +49,10 @@ Status CheckColumn(const std::vector<Vector3>& column, std::string_view name) {
     if (!good) return CheckVector(row, Limits::kForceMax, Cat(name, "[", i, "]"));
   }
   return absl::OkStatus();
+}
+
+int64_t CountGeometries(const EntityDesc& desc) {
+  return desc.rigid_body ? static_cast<int64_t>(desc.rigid_body->geometries.size()) : 0;
 }
 
 }  // namespace
@@ -102,6 +108,30 @@ Status CommandValidator::CheckPending(size_t count, std::string_view field) {
                 Cat("at most ", Limits::kPendingForcesMax, " forces of a world wait for a step"));
 }
 
+// Shapes that the batch lets go of are counted all the same.
+Status CommandValidator::CheckRoom(const EntityDesc& after, const EntityDesc* before) {
+  const int64_t gained = CountGeometries(after) - (before == nullptr ? 0 : CountGeometries(*before));
+  new_geometries_ += gained;
+  const int64_t count = static_cast<int64_t>(world_.rule_.geometry_count()) + new_geometries_;
+  if (gained > 0 && count > Limits::kWorldGeometriesMax) {
+    return Refuse(Reason::kLimitExceeded, "entity.rigid_body.geometries",
+                  Cat("a world holds ", Limits::kWorldGeometriesMax, " geometries"));
+  }
+  if (!after.rigid_body) return absl::OkStatus();
+  const HeldShapes& held = world_.rule_.shapes();
+  const std::vector<Geometry>& geometries = after.rigid_body->geometries;
+  for (size_t i = 0; i < geometries.size(); ++i) {
+    const void* const data = HeldShapes::DataOf(geometries[i].shape);
+    if (data == nullptr || held.Has(data) || !new_shapes_.insert(data).second) continue;
+    new_shape_bytes_ += DataBytesOf(geometries[i].shape);
+    if (held.bytes() + new_shape_bytes_ <= size_t{Limits::kShapeMebibytesMax} << 20) continue;
+    return Refuse(
+        Reason::kLimitExceeded, Cat("entity.rigid_body.geometries[", i, "].shape"),
+        Cat("the hulls, meshes and heightfields of a world take at most ", Limits::kShapeMebibytesMax, " MiB"));
+  }
+  return absl::OkStatus();
+}
+
 Status CommandValidator::Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const {
   GENPHYS_RETURN_IF_ERROR(WithFieldPrefix(CheckEntity(desc), path));
   if (const Backend* backend = world_.registry_.Find(settings_.engine)) {
@@ -138,6 +168,7 @@ Status CommandValidator::operator()(const CreateEntity& command) {
     return Refuse(Reason::kLimitExceeded, "entity", Cat("a world holds ", Limits::kEntitiesMax, " entities"));
   }
   GENPHYS_RETURN_IF_ERROR(CheckIgnored(command.entity));
+  GENPHYS_RETURN_IF_ERROR(CheckRoom(command.entity, nullptr));
   GENPHYS_RETURN_IF_ERROR(Prepare(command.entity, "entity", prepared_.emplace_back()));
   made_.back() = prepared_.back().desc;
   return absl::OkStatus();
@@ -154,7 +185,9 @@ Status CommandValidator::operator()(const UpdateEntity& command) {
     GENPHYS_RETURN_IF_ERROR(CheckIgnored(command.entity));
   }
   PreparedEntity& prepared = prepared_.emplace_back();
-  GENPHYS_RETURN_IF_ERROR(Prepare(Merged(**current, command), "entity", prepared));
+  const EntityDesc merged = Merged(**current, command);
+  GENPHYS_RETURN_IF_ERROR(CheckRoom(merged, *current));
+  GENPHYS_RETURN_IF_ERROR(Prepare(merged, "entity", prepared));
   changed_[command.id] = prepared.desc;
   return absl::OkStatus();
 }
@@ -162,6 +195,7 @@ Status CommandValidator::operator()(const UpdateEntity& command) {
 Status CommandValidator::operator()(const DeleteEntity& command) {
   const Result<const EntityDesc*> current = Find(command.id, "entity_id");
   if (!current.ok()) return current.status();
+  new_geometries_ -= CountGeometries(**current);
   changed_[command.id] = nullptr;
   return absl::OkStatus();
 }

@@ -64,6 +64,8 @@ class CommandValidator {
   Status CheckDynamic(EntityId id, std::string_view field) const;
   /// Whether `count` more forces may wait for a step.
   Status CheckPending(size_t count, std::string_view field);
+  /// Whether the world has room for the geometries of `after`, in place of those of `before` unless that is null.
+  Status CheckRoom(const EntityDesc& after, const EntityDesc* before);
   Status Prepare(const EntityDesc& desc, std::string_view path, PreparedEntity& out) const;
   Status CheckIgnored(const EntityDesc& desc) const;
   Status CheckEngine(const std::string& name) const;
@@ -87,6 +89,9 @@ class CommandValidator {
   uint32_t created_ = 0;
   uint32_t created_joints_ = 0;
   size_t new_forces_ = 0;
+  int64_t new_geometries_ = 0;  // less those that go
+  std::set<const void*> new_shapes_;
+  size_t new_shape_bytes_ = 0;
   std::vector<PreparedEntity> prepared_;
   std::vector<JointKind> kinds_;  // that the batch creates or changes to
   // By place in the batch: what a CreateEntity there makes.

@@ -72,7 +72,9 @@ GeometryRows PairRule::Add(EntityRow entity, EntityId id, const RigidBody& body)
         .material = geometry.material,
         .surface_velocity = geometry.pose_in_entity.orientation * geometry.surface_velocity,
         .correction = body.error_correction,
+        .data = HeldShapes::DataOf(geometry.shape),
     };
+    shapes_.Add(geometry.shape);
     if (!geometry.surface_velocity.isZero(0)) ++running_surfaces_;
     rows.push_back(row);
   }
@@ -82,6 +84,7 @@ GeometryRows PairRule::Add(EntityRow entity, EntityId id, const RigidBody& body)
 void PairRule::Remove(std::span<const GeometryRow> rows) {
   for (GeometryRow row : rows) {
     if (!infos_[Index(row)].surface_velocity.isZero(0)) --running_surfaces_;
+    shapes_.Remove(infos_[Index(row)].data);
     infos_[Index(row)] = GeometryInfo{};
     free_.push_back(row);
   }
