@@ -4,9 +4,12 @@
 
 #include <chrono>
 #include <future>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "genphys/wire/early_end.h"
+#include "genphys/wire/error.h"
 #include "support/test_server.h"
 
 namespace genphys::testing {
@@ -194,6 +197,100 @@ TEST(Shutdown, LetsACallUnderWayEnd) {
   const auto [status, step] = call.get();
   EXPECT_TRUE(status.ok()) << status.ToString();
   EXPECT_EQ(step, 50000u);
+}
+
+// Of a world of its own: a command, and more steps than anybody comes to the end of, for each takes a millisecond or
+// more.
+constexpr uint32_t kEndless = 100000;
+
+v1::StepRequest EndlessSteps(TestServer& server) {
+  constexpr int kBalls = 5000;
+  v1::World wanted;
+  wanted.set_record_state_hash(true);
+  v1::StepRequest request;
+  request.set_world(server.CreateWorld(wanted).world().name());
+  request.set_steps(0);
+  for (int i = 0; i < kBalls; ++i) {
+    v1::Entity& ball = *request.add_commands()->mutable_create_entity()->mutable_entity();
+    ball.mutable_pose()->mutable_position()->set_x(2 * i);
+    ball.mutable_rigid_body()->add_geometries()->mutable_shape()->mutable_sphere();
+    ball.mutable_rigid_body()->mutable_auto_disable()->set_enabled(false);
+  }
+  Must(server.simulation(), &v1::SimulationService::Stub::Step, request);
+  request.clear_commands();
+  request.add_commands()->mutable_create_entity()->mutable_entity();
+  request.set_steps(kEndless);
+  return request;
+}
+
+void AwaitFirstStep(TestServer& server, const std::string& world) {
+  v1::GetWorldRequest get;
+  get.set_name(world);
+  while (Must(server.worlds(), &v1::WorldService::Stub::GetWorld, get).stamp().step() == 0) {
+  }
+}
+
+void ExpectToldHowFarItCame(const Status& refusal) {
+  ExpectRefusal(refusal, Reason::kDraining, "");
+  const std::optional<EarlyEnd> end = EarlyEndOf(refusal);
+  ASSERT_TRUE(end) << refusal;
+  EXPECT_GT(end->steps_done, 0u);
+  EXPECT_LT(end->steps_done, kEndless);
+  EXPECT_EQ(end->created.size(), 1u);
+}
+
+TEST(Shutdown, TellsAStepThatTakesTooLongHowFarItCame) {
+  TestServer server;
+  const v1::StepRequest request = EndlessSteps(server);
+  auto step = std::async(std::launch::async, [&] {
+    ExpectToldHowFarItCame(MustNot(server.simulation(), &v1::SimulationService::Stub::Step, request));
+  });
+  AwaitFirstStep(server, request.world());
+
+  server.Stop(std::chrono::milliseconds(100));
+
+  step.get();
+}
+
+TEST(Shutdown, TellsADriveThatTakesTooLongHowFarItCame) {
+  TestServer server;
+  v1::DriveRequest request;
+  *request.mutable_step() = EndlessSteps(server);
+  grpc::ClientContext context;
+  const auto stream = server.simulation().Drive(&context);
+  ASSERT_TRUE(stream->Write(request));
+  AwaitFirstStep(server, request.step().world());
+
+  auto stopped = std::async(std::launch::async, [&] { server.Stop(std::chrono::milliseconds(100)); });
+
+  v1::DriveResponse reply;
+  ASSERT_TRUE(stream->Read(&reply));
+  ExpectToldHowFarItCame(DecodeRefusal(reply.refusal()));
+  EXPECT_FALSE(stream->Read(&reply));
+  ExpectRefusal(Received(stream->Finish()), Reason::kDraining, "");
+  stopped.get();
+}
+
+TEST(Shutdown, TellsStepsOfManyWorldsThatTakeTooLongHowFarTheyCame) {
+  TestServer server;
+  v1::StepWorldsRequest request;
+  for (int i = 0; i < 2; ++i) *request.add_requests() = EndlessSteps(server);
+  grpc::ClientContext context;
+  const auto reader = server.simulation().StepWorlds(&context, request);
+  for (const v1::StepRequest& each : request.requests()) AwaitFirstStep(server, each.world());
+
+  auto stopped = std::async(std::launch::async, [&] { server.Stop(std::chrono::milliseconds(100)); });
+
+  int told = 0;
+  for (v1::StepWorldsResponse reply; reader->Read(&reply);) {
+    for (const v1::StepWorldsResult& result : reply.results()) {
+      ExpectToldHowFarItCame(DecodeRefusal(result.refusal()));
+      ++told;
+    }
+  }
+  EXPECT_EQ(told, 2);
+  EXPECT_TRUE(reader->Finish().ok());
+  stopped.get();
 }
 
 TEST(Shutdown, EndsAnEndlessCallAtAStepBoundary) {

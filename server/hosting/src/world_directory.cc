@@ -271,6 +271,7 @@ Status WorldDirectory::Unknown(const WorldCall& call) const {
 
 void WorldDirectory::Handle(WorldCall call, Reply reply) {
   if (draining_) return reply(Draining());
+  call.is_over = is_over_;
   std::shared_ptr<WorldHost> host;
   if (const auto head = ScanRequestHead(InfoOf(call.method).head, call.request.view)) {
     const WorldKey key{"", std::string(head->world)};

@@ -47,6 +47,7 @@ std::array<WorldMethodInfo, kNames.size()> ReadContract() {
 
 Status WorldCall::CheckWanted() const {
   if (is_cancelled && is_cancelled()) return absl::CancelledError("the call was cancelled");
+  if (is_over && *is_over) return Refuse(Reason::kDraining, "", "the server stops");
   if (std::chrono::steady_clock::now() >= deadline) return absl::DeadlineExceededError("the deadline passed");
   return absl::OkStatus();
 }

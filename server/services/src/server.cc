@@ -30,6 +30,8 @@ constexpr int kKeepaliveTime = 30 * kSecond;
 constexpr int kKeepaliveTimeout = 10 * kSecond;
 // Clients may ask as often as this; one that asks more often is sent away.
 constexpr int kClientPingPeriodMin = 5 * kSecond;
+// Calls that are still under way at the end of the grace are told to end, and have so long to say how far they came.
+constexpr std::chrono::milliseconds kLastWords(1000);
 // Who watches the health of the server, or asks it what it is, may go on for ever, and has been told that it ends.
 constexpr std::chrono::milliseconds kWatchersGrace(100);
 
@@ -139,10 +141,12 @@ Result<std::unique_ptr<Server>> Server::Start(BackendRegistry registry, const Se
 void Server::Shutdown(std::chrono::milliseconds grace) {
   parts_->server->GetHealthCheckService()->Shutdown();
   parts_->directory.Drain();
-  const auto deadline = std::chrono::steady_clock::now() + grace;
-  parts_->calls.AwaitEnd(deadline);
-  const auto left = std::min<std::chrono::nanoseconds>(deadline - std::chrono::steady_clock::now(), kWatchersGrace);
-  parts_->server->Shutdown(std::chrono::system_clock::now() + left);
+  parts_->calls.AwaitEnd(std::chrono::steady_clock::now() + grace);
+  // What gRPC cancels never hears how far it came.
+  parts_->directory.EndCalls();
+  parts_->calls.AwaitEnd(std::chrono::steady_clock::now() + kLastWords);
+  parts_->server->Shutdown(std::chrono::system_clock::now() +
+                           std::min<std::chrono::nanoseconds>(grace, kWatchersGrace));
   parts_->server.reset();
 }
 

@@ -59,6 +59,8 @@ class WorldDirectory {
   /// From now on everything is refused with DRAINING, streams end with it, and no world moves by itself. Calls under
   /// way go on.
   void Drain();
+  /// Calls under way end, too, as they do at a deadline: soon, and saying how far they came.
+  void EndCalls() { *is_over_ = true; }
 
  private:
   struct Creation;
@@ -78,6 +80,7 @@ class WorldDirectory {
   const HostFactory make_host_;
   const size_t worlds_max_;
   std::atomic<bool> draining_ = false;
+  const std::shared_ptr<std::atomic<bool>> is_over_ = std::make_shared<std::atomic<bool>>(false);
   mutable std::mutex mutex_;
   std::map<WorldKey, std::shared_ptr<WorldHost>> worlds_;  // null: being made
   ReplyCache created_;

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -53,7 +54,10 @@ struct WorldCall {
   /// microseconds. Zero: it has others to bring.
   std::chrono::microseconds here_below = kQuickStep;
 
-  /// CANCELLED, DEADLINE_EXCEEDED, or OK while somebody waits for the reply.
+  /// Set once the time of all calls is over, for the server stops. Null: it goes on.
+  std::shared_ptr<const std::atomic<bool>> is_over;
+
+  /// CANCELLED, DRAINING, DEADLINE_EXCEEDED, or OK while somebody waits for the reply.
   Status CheckWanted() const;
 };
 

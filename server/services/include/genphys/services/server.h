@@ -40,7 +40,8 @@ class Server {
   const std::vector<std::string>& addresses() const { return addresses_; }
 
   /// Stops: not healthy any more, new calls are refused, streams end with UNAVAILABLE, calls under way may go on for
-  /// `grace` and then end at their next step boundary. Returns when all have ended.
+  /// `grace` and then end as at a deadline, saying how far they came, if they can within a second. Returns when all
+  /// have ended.
   void Shutdown(std::chrono::milliseconds grace);
 
  private:
