@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <optional>
 #include <string>
@@ -260,6 +261,34 @@ std::string MakeCrowd(TestServer& server) {
   for (int i = 0; i < 1300; ++i) request.add_commands()->mutable_create_entity()->mutable_entity()->CopyFrom(Ball(0));
   Must(server.simulation(), &Simulation::Step, request);
   return world;
+}
+
+// To make a tree of its triangles takes far longer than there is time for.
+TEST(LongCommand, OfWhichNobodyHearsHasNoEffect) {
+  constexpr uint32_t kPoints = 500'000;
+  TestServer server;
+  const std::string world = server.CreateWorld().world().name();
+  v1::StepRequest request;
+  request.set_world(world);
+  request.set_steps(0);
+  v1::RigidBody& body = *request.add_commands()->mutable_create_entity()->mutable_entity()->mutable_rigid_body();
+  body.set_motion_type(v1::MOTION_TYPE_STATIC);
+  v1::TriangleMesh& soup = *body.add_geometries()->mutable_shape()->mutable_triangle_mesh();
+  for (uint32_t i = 0; i < kPoints; ++i) {
+    for (const double x : {std::sin(i), std::cos(7.0 * i), std::sin(13.0 * i)}) soup.add_vertices(x);
+    for (uint32_t k = 0; k < 3; ++k) soup.add_indices((3 * i + k) * 2654435761u % kPoints);
+  }
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(300));
+  v1::StepResponse response;
+
+  const grpc::Status status = server.simulation().Step(&context, request, &response);
+
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  v1::ListEntitiesRequest list;
+  list.set_world(world);
+  const v1::ListEntitiesResponse left = Must(server.simulation(), &Simulation::ListEntities, list);
+  EXPECT_EQ(left.entities_size(), 1) << "the ground alone";
 }
 
 TEST(LongStep, IsUndoneWithinItsFirstStepAfterItsDeadline) {

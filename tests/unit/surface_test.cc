@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <utility>
+#include <vector>
 
+#include "genphys/work_watch.h"
 #include "support/shapes.h"
 #include "support/sweep.h"
 
@@ -50,6 +54,44 @@ TEST(TriangleMesh, OfAMillionTrianglesIsMadeInSeconds) {
   // Of the processor, so that others do not count. It takes one or two; sixty leave room for slower machines.
   EXPECT_LT(seconds, 60);
   RecordProperty("seconds", std::to_string(seconds));
+}
+
+TEST(TriangleMesh, IsCutShortWhereverItIsBeingMade) {
+  constexpr uint32_t kPoints = 5000;
+  std::vector<Vector3> points;
+  for (uint32_t i = 0; i < kPoints; ++i) points.push_back({std::sin(i), std::cos(7.0 * i), std::sin(13.0 * i)});
+  std::vector<uint32_t> soup;
+  for (uint32_t i = 0; i < 6 * kPoints; ++i) soup.push_back(i * 2654435761u % kPoints);
+  const auto asked_until = [&](int enough) {
+    int asked = 0;
+    const WorkWatch watch(
+        [&] { return ++asked == enough ? absl::CancelledError("nobody waits any more") : absl::OkStatus(); });
+    EXPECT_TRUE(MakeTriangleMesh(points, soup).ok());
+    return asked;
+  };
+
+  const int all = asked_until(0);
+
+  // Each is less than a millisecond of work.
+  EXPECT_GT(all, 20);
+  for (int enough = 1; enough <= all; ++enough) EXPECT_THROW(asked_until(enough), CutShort) << enough;
+}
+
+TEST(TriangleMesh, KnowsWhatLiesBeyondEachEdge) {
+  // Two triangles of a square, one more that shares their diagonal the same way round, and one apart from them.
+  const std::vector<Vector3> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                    {0, 0, 1}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
+  const auto across = [&](std::vector<uint32_t> indices, const MeshData::Triangle& triangle) {
+    const TriangleMesh mesh = *MakeTriangleMesh(points, std::move(indices));
+    const auto& all = mesh.data->triangles;
+    return mesh.data->across[static_cast<size_t>(std::ranges::find(all, triangle) - all.begin())];
+  };
+  constexpr uint32_t kNone = MeshData::kNone;
+  using Across = MeshData::Triangle;
+  EXPECT_EQ(across({0, 1, 2, 0, 2, 3, 5, 6, 7}, {0, 1, 2}), (Across{kNone, kNone, 3}));
+  EXPECT_EQ(across({0, 1, 2, 0, 2, 3, 5, 6, 7}, {0, 2, 3}), (Across{1, kNone, kNone}));
+  EXPECT_EQ(across({0, 1, 2, 0, 2, 3, 5, 6, 7}, {5, 6, 7}), (Across{kNone, kNone, kNone}));
+  EXPECT_EQ(across({0, 1, 2, 0, 2, 3, 0, 2, 4}, {0, 1, 2}), (Across{kNone, kNone, kNone})) << "there are two";
 }
 
 TEST(Heightfield, RefusesWhatIsNone) {

@@ -160,6 +160,7 @@ std::vector<MakerFace> FacesOf(Maker& maker) {
   std::vector<MakerFace> faces;
   for (const uint32_t seed : order) {
     if (maker.region[seed] != 0 || !(areas[seed] > 0)) continue;
+    WorkWatch::Spend(kPointWork);
     const std::vector<uint32_t> points = Flood(maker, seed, static_cast<uint32_t>(faces.size()) + 1);
     std::vector<uint32_t> corners = PolygonAround(maker, points, maker.normals[seed]);
     if (corners.size() >= 3) faces.push_back({maker.normals[seed], std::move(corners)});
@@ -224,6 +225,7 @@ void Measure(const std::vector<HullTriangle>& triangles, HullData& hull) {
   for (const HullData::Face& face : hull.faces) {
     looked_at += hull.vertices.size();
     if (looked_at > kThicknessWork) continue;
+    WorkWatch::Spend(static_cast<int64_t>(hull.vertices.size()));
     double lowest = face.offset;
     for (const Vector3& vertex : hull.vertices) lowest = std::min(lowest, face.normal.dot(vertex));
     hull.thickness = std::min(hull.thickness, face.offset - lowest);

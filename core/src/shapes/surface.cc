@@ -3,9 +3,11 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <iterator>
 #include <numeric>
-#include <tuple>
+#include <span>
 #include <utility>
 
 #include "genphys/convex_hull.h"
@@ -19,6 +21,9 @@ namespace {
 
 // Of a WorkWatch, for a corner of what is described.
 constexpr int64_t kPointWork = 100;
+// For one of a mesh, each time that something random in memory is looked for, and each time that the tree is halved.
+constexpr int64_t kSearchWork = 20;
+constexpr int64_t kTreeWork = 5;
 
 // Height of a triangle over its longest side, in parts of that, below which it has no area.
 constexpr double kFlatTriangle = 1e-10;
@@ -28,17 +33,20 @@ using Triangle = MeshData::Triangle;
 
 uint64_t Hash(const void* data, size_t size, uint64_t seed) { return XXH3_64bits_withSeed(data, size, seed); }
 
-// For each vertex the first one at the same place.
+// For each vertex the first one at the same place, found by a table without chains.
 std::vector<uint32_t> Welded(const std::vector<Vector3>& vertices) {
-  std::vector<uint32_t> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto key = [&](uint32_t i) { return std::tuple(vertices[i].x(), vertices[i].y(), vertices[i].z()); };
-  std::sort(order.begin(), order.end(),
-            [&](uint32_t a, uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+  std::vector<uint32_t> places(std::bit_ceil(2 * vertices.size()), MeshData::kNone);
   std::vector<uint32_t> first(vertices.size());
-  for (size_t i = 0; i < order.size(); ++i) {
-    const bool is_same = i > 0 && key(order[i]) == key(order[i - 1]);
-    first[order[i]] = is_same ? first[order[i - 1]] : order[i];
+  for (uint32_t i = 0; i < vertices.size(); ++i) {
+    WorkWatch::Spend(kSearchWork);
+    // Zeros of either sign are one place.
+    const Vector3 vertex = vertices[i] + Vector3::Zero();
+    size_t place = Hash(vertex.data(), sizeof vertex, 0) & (places.size() - 1);
+    while (places[place] != MeshData::kNone && vertices[places[place]] != vertex) {
+      place = (place + 1) & (places.size() - 1);
+    }
+    if (places[place] == MeshData::kNone) places[place] = i;
+    first[i] = places[place];
   }
   return first;
 }
@@ -58,6 +66,7 @@ Triangle Turned(Triangle t) {
 void TakeTriangles(MeshData& mesh) {
   const std::vector<uint32_t> welded = Welded(mesh.vertices);
   for (size_t i = 0; i < mesh.indices.size(); i += 3) {
+    WorkWatch::Spend(kSearchWork);
     const Triangle t{welded[mesh.indices[i]], welded[mesh.indices[i + 1]], welded[mesh.indices[i + 2]]};
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || !HasArea(mesh, t)) continue;
     mesh.triangles.push_back(Turned(t));
@@ -66,111 +75,156 @@ void TakeTriangles(MeshData& mesh) {
   mesh.triangles.erase(std::unique(mesh.triangles.begin(), mesh.triangles.end()), mesh.triangles.end());
 }
 
-void FindNeighbors(MeshData& mesh) {
-  std::vector<std::pair<uint32_t, uint32_t>> edges;
-  edges.reserve(6 * mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    for (size_t k = 0; k < 3; ++k) edges.push_back({t[k], t[(k + 1) % 3]});
+// Lists of something for each vertex, one after the other in memory.
+template <typename Entry>
+class ByVertex {
+ public:
+  // `visit(add)` calls add(vertex, entry) for all entries, twice the same.
+  template <typename Visit>
+  ByVertex(size_t vertices, const Visit& visit) : ends_(vertices + 1, 0) {
+    visit([&](uint32_t vertex, const Entry&) { ++ends_[vertex + 1]; });
+    std::partial_sum(ends_.begin(), ends_.end(), ends_.begin());
+    entries_.resize(ends_.back());
+    // From here on an end moves from the beginning of its list to where it belongs.
+    visit([&](uint32_t vertex, const Entry& entry) { entries_[ends_[vertex]++] = entry; });
+    for (uint32_t vertex = 0; vertex < vertices; ++vertex) {
+      WorkWatch::Spend(kSearchWork * static_cast<int64_t>(1 + Of(vertex).size()));
+      std::ranges::sort(Of(vertex));
+    }
   }
-  std::sort(edges.begin(), edges.end());
-  mesh.is_at_rim.assign(mesh.vertices.size(), 0);
-  const size_t directed = edges.size();
-  for (size_t i = 0; i < directed; ++i) {
-    const auto [from, to] = edges[i];
-    // Each edge is walked once in either direction, or the surface does not go on behind it.
-    const auto back =
-        std::equal_range(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(directed), std::pair(to, from));
-    if (back.second - back.first != 1) mesh.is_at_rim[from] = mesh.is_at_rim[to] = 1;
-  }
-  for (size_t i = 0; i < directed; ++i) edges.push_back({edges[i].second, edges[i].first});
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  mesh.neighbor_first.assign(mesh.vertices.size() + 1, 0);
-  mesh.neighbors.reserve(edges.size());
-  for (const auto& [from, to] : edges) {
-    ++mesh.neighbor_first[from + 1];
-    mesh.neighbors.push_back(to);
-  }
-  std::partial_sum(mesh.neighbor_first.begin(), mesh.neighbor_first.end(), mesh.neighbor_first.begin());
-}
 
-// What lies beyond the edges of the triangles, in their order.
-void FindAcross(MeshData& mesh) {
-  struct Edge {
-    std::array<uint32_t, 2> ends;
-    uint32_t third;
-  };
-  std::vector<Edge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    for (size_t k = 0; k < 3; ++k) edges.push_back({{t[k], t[(k + 1) % 3]}, t[(k + 2) % 3]});
+  std::span<Entry> Of(uint32_t vertex) {
+    const size_t begin = vertex == 0 ? 0 : ends_[vertex - 1];
+    return std::span(entries_).subspan(begin, ends_[vertex] - begin);
   }
-  std::ranges::sort(edges, {}, &Edge::ends);
-  const auto only = [&](uint32_t from, uint32_t to) {
-    const auto found = std::ranges::equal_range(edges, std::array{from, to}, {}, &Edge::ends);
-    return found.size() == 1 ? found.front().third : MeshData::kNone;
-  };
-  mesh.across.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles) {
-    Triangle& across = mesh.across.emplace_back();
-    for (size_t k = 0; k < 3; ++k) {
-      const uint32_t from = t[k], to = t[(k + 1) % 3];
-      across[k] = only(from, to) != MeshData::kNone ? only(to, from) : MeshData::kNone;
+
+ private:
+  std::vector<size_t> ends_;
+  std::vector<Entry> entries_;
+};
+
+// An edge as it is walked round a triangle, at the vertex from which it goes.
+struct Edge {
+  uint32_t to;
+  uint32_t third;  // corner
+  uint32_t triangle;
+  uint32_t k;  // of its beginning
+  auto operator<=>(const Edge&) const = default;
+};
+
+// Which vertices are at a rim, and what lies beyond the edges of the triangles, in their order.
+void FindAcross(MeshData& mesh) {
+  ByVertex<Edge> edges(mesh.vertices.size(), [&](const auto& add) {
+    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      WorkWatch::Spend(kSearchWork);
+      const Triangle& t = mesh.triangles[i];
+      for (uint32_t k = 0; k < 3; ++k) add(t[k], Edge{t[(k + 1) % 3], t[(k + 2) % 3], i, k});
+    }
+  });
+  mesh.is_at_rim.assign(mesh.vertices.size(), 0);
+  mesh.across.assign(mesh.triangles.size(), {MeshData::kNone, MeshData::kNone, MeshData::kNone});
+  for (uint32_t from = 0; from < mesh.vertices.size(); ++from) {
+    const std::span<Edge> own = edges.Of(from);
+    for (size_t i = 0; i < own.size(); ++i) {
+      WorkWatch::Spend(kSearchWork);
+      const uint32_t to = own[i].to;
+      const auto back = std::ranges::equal_range(edges.Of(to), from, {}, &Edge::to);
+      // Each edge is walked once in either direction, or the surface does not go on behind it.
+      if (back.size() != 1) {
+        mesh.is_at_rim[from] = mesh.is_at_rim[to] = 1;
+        continue;
+      }
+      const bool is_only = (i == 0 || own[i - 1].to != to) && (i + 1 == own.size() || own[i + 1].to != to);
+      if (is_only) mesh.across[own[i].triangle][own[i].k] = back.front().third;
     }
   }
 }
 
-// A tree over `triangles`, halved at the median of their middles along the widest axis.
+void FindNeighbors(MeshData& mesh) {
+  ByVertex<uint32_t> neighbors(mesh.vertices.size(), [&](const auto& add) {
+    for (const Triangle& t : mesh.triangles) {
+      WorkWatch::Spend(kSearchWork);
+      for (size_t k = 0; k < 3; ++k) {
+        add(t[k], t[(k + 1) % 3]);
+        add(t[(k + 1) % 3], t[k]);
+      }
+    }
+  });
+  mesh.neighbor_first.reserve(mesh.vertices.size() + 1);
+  for (uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
+    mesh.neighbor_first.push_back(static_cast<uint32_t>(mesh.neighbors.size()));
+    const std::span<uint32_t> all = neighbors.Of(vertex);
+    std::ranges::unique_copy(all, std::back_inserter(mesh.neighbors));
+  }
+  mesh.neighbor_first.push_back(static_cast<uint32_t>(mesh.neighbors.size()));
+  mesh.neighbors.shrink_to_fit();
+}
+
+// A tree over `triangles`, halved at the median of their middles along the widest axis. They and what lies across their
+// edges are put into its order.
 class TreeMaker {
  public:
   explicit TreeMaker(MeshData& mesh) : mesh_(mesh) {
-    order_.resize(mesh.triangles.size());
-    std::iota(order_.begin(), order_.end(), 0);
-    middles_.reserve(order_.size());
-    for (const Triangle& t : mesh.triangles) middles_.push_back(BoundsOf(t).min + BoundsOf(t).max);
-    mesh.nodes.reserve(order_.size());
-    Make(0, static_cast<uint32_t>(order_.size()));
-    std::vector<Triangle> sorted;
-    sorted.reserve(order_.size());
-    for (const uint32_t i : order_) sorted.push_back(mesh.triangles[i]);
-    mesh.triangles = std::move(sorted);
+    items_.reserve(mesh.triangles.size());
+    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      const Bounds bounds = BoundsOf(mesh.triangles[i]);
+      items_.push_back({bounds.min + bounds.max, i});
+    }
+    mesh.nodes.reserve(items_.size());
+    Make(0, static_cast<uint32_t>(items_.size()));
+    mesh.triangles = InOrder(mesh.triangles);
+    mesh.across = InOrder(mesh.across);
   }
 
  private:
+  // Side by side, for each level of the tree goes over all of them.
+  struct Item {
+    Vector3 middle;
+    uint32_t triangle;
+  };
+
+  std::vector<Triangle> InOrder(const std::vector<Triangle>& all) const {
+    std::vector<Triangle> sorted;
+    sorted.reserve(all.size());
+    for (const Item& item : items_) sorted.push_back(all[item.triangle]);
+    return sorted;
+  }
+
   Bounds BoundsOf(const Triangle& t) const {
     const Vector3 &a = mesh_.vertices[t[0]], &b = mesh_.vertices[t[1]], &c = mesh_.vertices[t[2]];
     return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
   }
 
-  void Make(uint32_t begin, uint32_t end) {
+  Bounds Make(uint32_t begin, uint32_t end) {
+    WorkWatch::Spend(kTreeWork * (end - begin));
     const size_t node = mesh_.nodes.size();
     mesh_.nodes.emplace_back();
-    Bounds bounds = BoundsOf(mesh_.triangles[order_[begin]]);
-    Bounds middles{middles_[order_[begin]], middles_[order_[begin]]};
-    for (uint32_t i = begin + 1; i < end; ++i) {
-      bounds = bounds.Union(BoundsOf(mesh_.triangles[order_[i]]));
-      middles = middles.Union({middles_[order_[i]], middles_[order_[i]]});
-    }
-    mesh_.nodes[node].bounds = bounds;
     if (end - begin <= kLeafTriangles) {
-      mesh_.nodes[node].first = begin;
-      mesh_.nodes[node].count = end - begin;
-      return;
+      Bounds bounds = BoundsOf(mesh_.triangles[items_[begin].triangle]);
+      for (uint32_t i = begin + 1; i < end; ++i) {
+        bounds = bounds.Union(BoundsOf(mesh_.triangles[items_[i].triangle]));
+      }
+      mesh_.nodes[node] = {.bounds = bounds, .first = begin, .count = end - begin};
+      return bounds;
     }
+    Bounds middles{items_[begin].middle, items_[begin].middle};
+    for (uint32_t i = begin + 1; i < end; ++i) middles = middles.Union({items_[i].middle, items_[i].middle});
     int axis = 0;
     (middles.max - middles.min).maxCoeff(&axis);
     const uint32_t half = begin + (end - begin) / 2;
-    std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end, [&](uint32_t a, uint32_t b) {
-      return std::pair(middles_[a][axis], a) < std::pair(middles_[b][axis], b);
-    });
-    Make(begin, half);
-    mesh_.nodes[node].first = static_cast<uint32_t>(mesh_.nodes.size());
-    Make(half, end);
+    std::nth_element(items_.begin() + begin, items_.begin() + half, items_.begin() + end,
+                     [&](const Item& a, const Item& b) {
+                       return std::pair(a.middle[axis], a.triangle) < std::pair(b.middle[axis], b.triangle);
+                     });
+    const Bounds first = Make(begin, half);
+    const auto second_node = static_cast<uint32_t>(mesh_.nodes.size());
+    const Bounds bounds = first.Union(Make(half, end));
+    mesh_.nodes[node] = {.bounds = bounds, .first = second_node, .count = 0};
+    return bounds;
   }
 
   MeshData& mesh_;
-  std::vector<uint32_t> order_;
-  std::vector<Vector3> middles_;
+  std::vector<Item> items_;
 };
 
 Status CheckMesh(const std::vector<Vector3>& vertices, const std::vector<uint32_t>& indices) {
@@ -290,8 +344,8 @@ Result<TriangleMesh> MakeTriangleMesh(std::vector<Vector3> vertices, std::vector
   TakeTriangles(*mesh);
   if (mesh->triangles.empty()) return Refuse(Reason::kInvalidValue, "indices", "no triangle of the mesh has an area");
   FindNeighbors(*mesh);
-  TreeMaker maker(*mesh);
   FindAcross(*mesh);
+  TreeMaker maker(*mesh);
   return TriangleMesh{std::move(mesh)};
 }
 

@@ -8,6 +8,7 @@
 
 #include "genphys/wire/decode.h"
 #include "genphys/wire/encode.h"
+#include "genphys/work_watch.h"
 #include "page_token.h"
 
 namespace genphys {
@@ -153,6 +154,8 @@ Status HostedWorld::CheckSteppable() const {
 
 Result<std::vector<CreatedId>> HostedWorld::Apply(std::span<const Command> commands) {
   GENPHYS_RETURN_IF_ERROR(CheckUsable());
+  // To read what they create may have taken long.
+  GENPHYS_RETURN_IF_ERROR(WorkWatch::Ask());
   Result<std::vector<CreatedId>> created = world_->Apply(commands);
   if (created.ok()) keyframes_.FollowCommands(*world_, commands.first(created->size()));
   return created;
