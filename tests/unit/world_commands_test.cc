@@ -285,6 +285,19 @@ TEST_P(ResetOn, LeadsToTheSameHashesInWhateverRowsGeometriesAre) {
   EXPECT_EQ(run(), before);
 }
 
+TEST(Reset, GivesOutTheSameIdsAgain) {
+  Scene scene;
+  Steps(*scene.world, 1);
+  const EntityId late = Add(*scene.world, Ball({5, 0, 2})), last = Add(*scene.world, Ball({8, 0, 2}));
+
+  scene.world->Reset();
+
+  ExpectRefused(*scene.world, {DeleteEntity{late}}, Reason::kEntityNotFound, "commands[0].delete_entity.entity_id");
+  EXPECT_EQ(Add(*scene.world, Crate({3, 0, 1})), late);
+  EXPECT_EQ(Add(*scene.world, Crate({9, 0, 1})), last);
+  Do(*scene.world, DeleteEntity{scene.ball});
+}
+
 TEST(Worlds, AreRefusedWithTheFieldThatIsWrong) {
   const auto refusal = [](const WorldDesc& desc) {
     const Result<std::unique_ptr<World>> world = World::Create(Engines(), desc);

@@ -290,7 +290,12 @@ class World(Closing, Commands, Queries):
         return stamp_of(self._connection.call("PauseWorld", request, timeout).stamp)
 
     def reset(self, *, timeout: float | None = None) -> Stamp:
-        """Takes the world back to where its first step began, with what had been made by then, in a new epoch."""
+        """Takes the world back to where its first step began, with what had been made by then, in a new epoch.
+
+        Ids go back with it, so that who does the same again finds the same ids: those of entities, joints and force
+        fields that were made after the first step are given to whatever is made next. A handle of one of these, kept over
+        a reset, names that then.
+        """
         request = wire.ResetWorldRequest(name=self._name)
         return stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
 
