@@ -144,6 +144,35 @@ bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point)
   return std::ranges::all_of(points, [](const MeetingPoint& p) { return p.depth < kLookAhead / 4; });
 }
 
+// The same of two of which one went past the other's edge: where they just touch any normal is as good as the next one,
+// and a moment later there is one. Along that what slides over something level does not close, and what runs into a
+// step does.
+bool Impacts::OnlyPassesOver(const Candidate& candidate) const {
+  const ContactPair& pair = candidate.pair;
+  const ImpactMotion a = past_.MotionOf(pair.entity_a), b = past_.MotionOf(pair.entity_b);
+  const bool goes_a = GoesBack(pair.entity_a, candidate), goes_b = GoesBack(pair.entity_b, candidate);
+  Manifold manifold;
+  const auto meet = [&](double time, double gap) {
+    past_.FindMeeting(pair, a, goes_a ? time : 0, b, goes_b ? time : 0, gap, manifold);
+    return std::span<const MeetingPoint>(manifold.points).first(static_cast<size_t>(manifold.count));
+  };
+  const auto approach = [&](double time, const MeetingPoint& point) {
+    return Vector3(a.BodyBefore(goes_a ? time : 0).VelocityAt(point.position) -
+                   b.BodyBefore(goes_b ? time : 0).VelocityAt(point.position));
+  };
+  double slip = 0;
+  for (const MeetingPoint& point : meet(candidate.time, kLookAhead)) {
+    slip = std::max(slip, approach(candidate.time, point).norm());
+  }
+  if (slip == 0) return false;
+  const double then = candidate.time - kLookAhead / std::max(candidate.closing, slip / kAlong);
+  const auto passes = [&](const MeetingPoint& point) {
+    return approach(then, point).dot(point.normal) <= speed_.Of(pair.entity_a, pair.entity_b, point.normal);
+  };
+  const std::span<const MeetingPoint> points = meet(then, kLookAhead / 4);
+  return !points.empty() && std::ranges::all_of(points, passes);
+}
+
 Placement Impacts::InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
                           double time) const {
   const uint32_t row = Index(entity);

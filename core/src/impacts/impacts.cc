@@ -190,7 +190,9 @@ void Impacts::Time() {
     if (candidate.is_deep) continue;
     candidate.is_timed = candidate.is_swept || !IsCrowded(candidate.pair);
     if (candidate.is_timed) Refine(candidate);
+    candidate.is_level = candidate.is_timed && candidate.is_swept && OnlyPassesOver(candidate);
   }
+  std::erase_if(candidates_, [](const Candidate& candidate) { return candidate.is_level; });
   for (Candidate& candidate : candidates_) PutOff(candidate);
 }
 

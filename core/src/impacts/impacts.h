@@ -92,6 +92,7 @@ class Impacts {
     double gap = 0;           // m, between them when they are hit
     double nearest = 0;       // m, between one of them and whoever hits it then
     bool is_apart = false;    // more than that
+    bool is_level = false;    // with what it comes to, and so no impact
     Borne borne = Borne::kUnknown;
     bool is_passed_down = false;  // from what joints hold together to somebody apart from it
   };
@@ -174,6 +175,7 @@ class Impacts {
   void FindEarliest();
   bool AreEarlierWaiting();
   void Refine(Candidate& candidate) const;
+  bool OnlyPassesOver(const Candidate& candidate) const;
   bool HasRolled(const Candidate& candidate, double time) const;
   void NoteGrazes();
   void PutOff(Candidate& candidate) const;

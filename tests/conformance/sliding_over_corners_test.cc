@@ -1,0 +1,154 @@
+// What slides over the corner of level tiles goes on as over one floor.
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "conformance/engine_test.h"
+#include "genphys/convex_hull.h"
+#include "genphys/surface.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(SlidingOverCorners, Claim::kContacts, Claim::kBox, Claim::kKineticFriction);
+
+constexpr double kGravity = 9.8, kFriction = 0.6, kSpeed = 6;
+constexpr double kRadius = 0.1, kHalfHeight = 0.025;
+constexpr double kTile = 4;  // m, half of its width
+
+enum class Floor { kBoxes, kHulls, kMeshes, kOneBody };
+
+std::vector<Vector3> CornersOf(const Vector3& half) {
+  std::vector<Vector3> corners;
+  for (const double x : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      for (const double z : {-1.0, 1.0}) corners.push_back(half.cwiseProduct(Vector3(x, y, z)));
+    }
+  }
+  return corners;
+}
+
+Shape TileOf(Floor floor, const Vector3& half) {
+  if (floor == Floor::kHulls) return *MakeConvexHull(CornersOf(half));
+  if (floor != Floor::kMeshes) return Box{half};
+  const double x = half.x(), y = half.y(), z = half.z();
+  return *MakeTriangleMesh({{-x, -y, z}, {x, -y, z}, {x, y, z}, {-x, y, z}}, {0, 1, 2, 0, 2, 3});
+}
+
+// Four tiles that meet at the origin and are level at zero, turned by `turn` with all the world.
+std::unique_ptr<World> On(const std::string& engine, Floor floor, int rate, const Quaternion& turn) {
+  WorldDesc desc{.engine = engine,
+                 .gravity = turn * Vector3(0, 0, -kGravity),
+                 .stepper = {.step_size = 1.0 / rate},
+                 .ground_plane = false};
+  desc.default_material.friction = kFriction;
+  desc.default_auto_disable.enabled = false;
+  auto world = testing::MakeWorld(desc);
+  Require(*world, Feature::kContacts);
+  EntityDesc all = Block({0, 0, 0}, {kTile, kTile, 0.5});
+  all.pose.orientation = turn;
+  std::vector<Geometry> tiles;
+  for (const double x : {-kTile, kTile}) {
+    for (const double y : {-kTile, kTile}) {
+      tiles.push_back({.shape = TileOf(floor, {kTile, kTile, 0.5}), .pose_in_entity = {{x, y, -0.5}}});
+    }
+  }
+  all.rigid_body->geometries = tiles;
+  if (floor == Floor::kOneBody) {
+    Add(*world, all);
+    return world;
+  }
+  for (const Geometry& tile : tiles) {
+    all.rigid_body->geometries = {Geometry{.shape = tile.shape}};
+    all.pose.position = turn * tile.pose_in_entity.position;
+    Add(*world, all);
+  }
+  return world;
+}
+
+struct Slider {
+  const char* name;
+  Shape shape;
+};
+
+std::vector<Slider> Sliders() {
+  std::vector<Vector3> corners;
+  for (int i = 0; i < 6; ++i) {
+    const double angle = i * std::acos(0.5);
+    for (const double z : {-kHalfHeight, kHalfHeight}) {
+      corners.push_back({kRadius * std::cos(angle), kRadius * std::sin(angle), z});
+    }
+  }
+  return {{"cylinder", Cylinder{kRadius, kHalfHeight}},
+          {"cone", Cone{kRadius, kHalfHeight}},
+          {"hull", *MakeConvexHull(corners)}};
+}
+
+// How it comes past the corner: at what time (s), how far from it (m), and to where (rad).
+struct Course {
+  double time, miss, heading;
+};
+
+Course CourseOf(int i) {
+  const auto part = [&](double step) { return std::fmod(i * step, 1.0); };
+  return {0.05 + 0.0025 * i, 0.2 * part(0.414) - 0.1, 0.2 + 1.2 * part(0.618)};
+}
+
+Vector3 AlongOf(const Course& course) { return {std::cos(course.heading), std::sin(course.heading), 0}; }
+
+// Along the floor, on which it lies.
+EntityId Throw(World& world, const Shape& shape, const Course& course, const Quaternion& turn) {
+  const Vector3 along = AlongOf(course), across = Vector3::UnitZ().cross(along);
+  EntityDesc desc =
+      Body(shape, turn * Vector3(course.miss * across - kSpeed * course.time * along + kHalfHeight * Vector3::UnitZ()));
+  desc.pose.orientation = turn;
+  desc.rigid_body->linear_velocity = turn * (kSpeed * along);
+  return Add(world, desc);
+}
+
+TEST_P(SlidingOverCorners, StopsWhereItWouldOnOneFloor) {
+  Proves({Claim::kCylinder, Claim::kCone, Claim::kConvexHull, Claim::kTriangleMesh});
+  constexpr double kTime = kSpeed / kFriction / kGravity, kWay = kSpeed * kTime / 2;
+  const Quaternion leaning(Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()));
+  for (const Floor floor : {Floor::kBoxes, Floor::kHulls, Floor::kMeshes, Floor::kOneBody}) {
+    for (const auto& [name, shape] : Sliders()) {
+      for (int i = 0; i < 40; ++i) {
+        const int rate = 30 << i % 3;
+        const Quaternion turn = i % 5 == 0 ? leaning : Quaternion::Identity();
+        const Course course = CourseOf(i);
+        const auto world = On(GetParam(), floor, rate, turn);
+        const EntityId id = Throw(*world, shape, course, turn);
+        const Vector3 start = PositionOf(*world, id);
+        Steps(*world, static_cast<int>(std::ceil(kTime * rate)) + 1);
+        const Pose end = world->state().pose(EntityRow{id.index()});
+        EXPECT_LT((end.position - start - kWay * (turn * AlongOf(course))).norm(), 1e-5 * kWay)
+            << name << " over floor " << static_cast<int>(floor) << ", course " << i;
+        EXPECT_LT(end.orientation.angularDistance(turn), 1e-5);
+      }
+    }
+  }
+}
+
+// A step is no seam, be it a 50th as high as what slides against it.
+TEST_P(SlidingOverCorners, StopsAtAStep) {
+  Proves({Claim::kCylinder, Claim::kCone, Claim::kConvexHull});
+  for (const double height : {1e-3, 5e-3}) {
+    for (const auto& [name, shape] : Sliders()) {
+      for (int i = 0; i < 40; ++i) {
+        const Course course = CourseOf(i);
+        const int rate = i % 2 == 0 ? 30 : 60;
+        const auto world = On(GetParam(), Floor::kBoxes, rate, Quaternion::Identity());
+        Add(*world, Block({kTile, 0, height - 0.5}, {kTile - kRadius, 2 * kTile, 0.5}));
+        const EntityId id = Throw(*world, shape, course, Quaternion::Identity());
+        const double time = course.time + 2 * kRadius / kSpeed / AlongOf(course).x();
+        Steps(*world, static_cast<int>(std::ceil(time * rate)));
+        EXPECT_LT(VelocityOf(*world, id).x(), 0.3 * kSpeed * AlongOf(course).x())
+            << name << ", " << height << " m, course " << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace genphys::testing
