@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "conformance/engine_test.h"
@@ -17,7 +18,7 @@ constexpr double kGravity = 9.8, kFriction = 0.6, kSpeed = 6;
 constexpr double kRadius = 0.1, kHalfHeight = 0.025;
 constexpr double kTile = 4;  // m, half of its width
 
-enum class Floor { kBoxes, kHulls, kMeshes, kOneBody };
+enum class Floor { kWhole, kBoxes, kHulls, kMeshes, kOneBody };
 
 std::vector<Vector3> CornersOf(const Vector3& half) {
   std::vector<Vector3> corners;
@@ -36,7 +37,8 @@ Shape TileOf(Floor floor, const Vector3& half) {
   return *MakeTriangleMesh({{-x, -y, z}, {x, -y, z}, {x, y, z}, {-x, y, z}}, {0, 1, 2, 0, 2, 3});
 }
 
-// Four tiles that meet at the origin and are level at zero, turned by `turn` with all the world.
+// Four tiles, or what they are as one, that meet at the origin and are level at zero, turned by `turn` with all the
+// world.
 std::unique_ptr<World> On(const std::string& engine, Floor floor, int rate, const Quaternion& turn) {
   WorldDesc desc{.engine = engine,
                  .gravity = turn * Vector3(0, 0, -kGravity),
@@ -48,6 +50,12 @@ std::unique_ptr<World> On(const std::string& engine, Floor floor, int rate, cons
   Require(*world, Feature::kContacts);
   EntityDesc all = Block({0, 0, 0}, {kTile, kTile, 0.5});
   all.pose.orientation = turn;
+  if (floor == Floor::kWhole) {
+    all.rigid_body->geometries.front().shape = Box{{2 * kTile, 2 * kTile, 0.5}};
+    all.pose.position = turn * Vector3(0, 0, -0.5);
+    Add(*world, all);
+    return world;
+  }
   std::vector<Geometry> tiles;
   for (const double x : {-kTile, kTile}) {
     for (const double y : {-kTile, kTile}) {
@@ -97,11 +105,11 @@ Course CourseOf(int i) {
 
 Vector3 AlongOf(const Course& course) { return {std::cos(course.heading), std::sin(course.heading), 0}; }
 
-// Along the floor, on which it lies.
-EntityId Throw(World& world, const Shape& shape, const Course& course, const Quaternion& turn) {
+// Along the floor, from so high (m) above it.
+EntityId Throw(World& world, const Shape& shape, const Course& course, const Quaternion& turn, double height = 0) {
   const Vector3 along = AlongOf(course), across = Vector3::UnitZ().cross(along);
-  EntityDesc desc =
-      Body(shape, turn * Vector3(course.miss * across - kSpeed * course.time * along + kHalfHeight * Vector3::UnitZ()));
+  EntityDesc desc = Body(shape, turn * Vector3(course.miss * across - kSpeed * course.time * along +
+                                               (kHalfHeight + height) * Vector3::UnitZ()));
   desc.pose.orientation = turn;
   desc.rigid_body->linear_velocity = turn * (kSpeed * along);
   return Add(world, desc);
@@ -127,6 +135,41 @@ TEST_P(SlidingOverCorners, StopsWhereItWouldOnOneFloor) {
         EXPECT_LT(end.orientation.angularDistance(turn), 1e-5);
       }
     }
+  }
+}
+
+// That what comes down from `height` (m) on a corner goes on as on one floor, on each of the courses.
+void ExpectLandsAsOnOneFloor(const std::string& engine, const Slider& slider, double height) {
+  for (int i = 0; i < 40; ++i) {
+    const int rate = 30 << i % 3;
+    Course course = CourseOf(i);
+    course.time = std::sqrt(2 * height / kGravity) + 4e-4 * i;
+    const auto land = [&](Floor floor) {
+      const auto world = On(engine, floor, rate, Quaternion::Identity());
+      const EntityId id = Throw(*world, slider.shape, course, Quaternion::Identity(), height);
+      Steps(*world, static_cast<int>(0.2 * rate));
+      return std::pair(PositionOf(*world, id), VelocityOf(*world, id));
+    };
+    const auto [place, velocity] = land(Floor::kBoxes);
+    const auto [true_place, true_velocity] = land(Floor::kWhole);
+    EXPECT_LT((place - true_place).norm(), 1e-5) << slider.name << " from " << height << " m, course " << i;
+    EXPECT_LT((velocity - true_velocity).norm(), 1e-4) << slider.name << " from " << height << " m, course " << i;
+  }
+}
+
+// Where it lands it is borne from then on, and comes to the next tiles before the substep ends.
+TEST_P(SlidingOverCorners, LandsThereAsOnOneFloor) {
+  Proves({Claim::kCylinder, Claim::kCone, Claim::kConvexHull});
+  for (const double height : {0.002, 0.02}) {
+    for (const Slider& slider : Sliders()) ExpectLandsAsOnOneFloor(GetParam(), slider, height);
+  }
+}
+
+// What sinks so slowly is no impact, but for whoever solves contacts.
+TEST_P(SlidingOverCorners, SinksThereAsOnOneFloor) {
+  Proves({Claim::kCylinder});
+  for (const double height : {0.0005, 0.0007, 0.0009}) {
+    ExpectLandsAsOnOneFloor(GetParam(), Sliders().front(), height);
   }
 }
 

@@ -139,10 +139,8 @@ std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) 
     // Where it turned meanwhile matters no more to whom a world does not let turn so fast.
     const Vector3& spin = ends[i].angular_velocity;
     if (spin.cwiseAbs().maxCoeff() > Limits::kSpinMax) arrivals[i].angular_velocity = spin;
-    if (past_.StandsOnGround(struck.row)) {
-      arrivals[i].acceleration = (after.linear_velocity() - bodies_[i].linear_velocity) / struck.time;
-      arrivals[i].by_others = struck.by_others / struck.time;
-    }
+    arrivals[i].acceleration = (after.linear_velocity() - bodies_[i].linear_velocity) / struck.time;
+    if (past_.StandsOnGround(struck.row)) arrivals[i].by_others = struck.by_others / struck.time;
   }
   for (const Group& group : groups_) {
     if (group.goes_back()) ArriveTogether(group, arrivals);

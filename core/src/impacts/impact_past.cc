@@ -88,7 +88,11 @@ Vector3 ImpactPast::PushOf(EntityRow row) const {
 
 // What holds a body takes away what pulls at it.
 Vector3 ImpactPast::PullOn(EntityRow row) const {
-  if (speed_.IsInFlight(row)) return world_.accelerations[row];
+  if (speed_.IsInFlight(row)) {
+    // What it landed on bears it from there on.
+    const FlownWay* const way = WayFromBlow(row);
+    return way != nullptr ? way->acceleration : world_.accelerations[row];
+  }
   return StandsOnGround(row) ? CourseOf(row) : Vector3(Vector3::Zero());
 }
 

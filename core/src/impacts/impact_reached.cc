@@ -15,6 +15,9 @@ namespace {
 constexpr double kRounding = 1e-9;
 // Of the gap between two: by less than this they miss each other if they come together as it seemed.
 constexpr double kStraight = 0.1;
+// m: what is reached is looked at this much later again, and less than this part of that deeper it is level.
+constexpr double kLookAhead = 1e-5;
+constexpr double kLevelPart = 0.25;
 // rad: between faces that are one.
 constexpr double kLevel = 1e-6;
 
@@ -109,7 +112,7 @@ bool Impacts::FindApart() {
 }
 
 // Whether the two come as near to each other as those that hit, if they go on like this: at once, and as straight as
-// between two that lie flat on each other, not past an edge.
+// between two that lie flat on each other, not past an edge, nor over it onto what is level.
 bool Impacts::Reaches(const Candidate& candidate, std::span<const StruckBody> after) const {
   const ContactPair& pair = candidate.pair;
   const auto placed = [&](EntityRow entity, GeometryRow geometry, double time) {
@@ -138,7 +141,8 @@ bool Impacts::Reaches(const Candidate& candidate, std::span<const StruckBody> af
   }
   // Of nobody it is known how near those are that hit, if they have no points.
   if (!std::isfinite(way) || !(way < kSameTime * step_size_ * closing)) return false;
-  return GapOf(meet(way / closing, manifold)) - candidate.nearest < kStraight * way;
+  if (!(GapOf(meet(way / closing, manifold)) - candidate.nearest < kStraight * way)) return false;
+  return GapOf(meet((way + kLookAhead) / closing, manifold)) - candidate.nearest < -kLevelPart * kLookAhead;
 }
 
 }  // namespace genphys

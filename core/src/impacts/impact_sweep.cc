@@ -165,7 +165,7 @@ class Sweeper {
     if (world_.jointed[way.row]) {
       return ImpactMotion::Along(way.start, way.time, end, mass, linear, angular, way.acceleration, way.torque);
     }
-    const bool flies = speed_.IsInFlight(way.row);
+    const bool flies = speed_.IsInFlight(way.row) && way.time == step_size_;
     return ImpactMotion::Free(end, mass, linear, angular, flies ? world_.accelerations[way.row] : way.acceleration);
   }
 

@@ -1,6 +1,7 @@
 // When two met: they are taken back along their ways to where they just touch.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "impacts/impacts.h"
@@ -166,11 +167,16 @@ bool Impacts::OnlyPassesOver(const Candidate& candidate) const {
   }
   if (slip == 0) return false;
   const double then = candidate.time - kLookAhead / std::max(candidate.closing, slip / kAlong);
-  const auto passes = [&](const MeetingPoint& point) {
-    return approach(then, point).dot(point.normal) <= speed_.Of(pair.entity_a, pair.entity_b, point.normal);
+  const auto is_level = [&](double time, double depth) {
+    const std::span<const MeetingPoint> points = meet(time, kLookAhead / 4);
+    return !points.empty() && std::ranges::all_of(points, [&](const MeetingPoint& point) {
+      const double closing = approach(time, point).dot(point.normal);
+      return point.depth <= depth && closing <= speed_.Of(pair.entity_a, pair.entity_b, point.normal);
+    });
   };
-  const std::span<const MeetingPoint> points = meet(then, kLookAhead / 4);
-  return !points.empty() && std::ranges::all_of(points, passes);
+  if (is_level(then, std::numeric_limits<double>::infinity())) return true;
+  // What a solve let come down to where it lies went there on another way than its velocity tells.
+  return candidate.is_held && is_level(0, kLookAhead / 4);
 }
 
 Placement Impacts::InTime(EntityRow entity, GeometryRow geometry, const ContactPoint& point, const Vector3& velocity,
@@ -238,21 +244,24 @@ void Impacts::Refine(Candidate& candidate) const {
       depth = point.depth;
       deepest = &point;
     }
-    const auto closes = [&] {
+    const auto closing = [&] {
       const Vector3 approach =
           a.BodyBefore(time_a).VelocityAt(deepest->position) - b.BodyBefore(time_b).VelocityAt(deepest->position);
-      return approach.dot(deepest->normal) > 0;
+      return approach.dot(deepest->normal);
     };
     const bool is_near = depth >= 0 && depth <= tolerance;
     // When they were hit last they touched as well, and part.
-    if (is_near && (since == step_size_ || closes())) break;
+    if (is_near && (since == step_size_ || closing() > 0)) break;
     const bool is_known = candidate.is_swept || (candidate.were_apart && depth > kFlatGap);
-    const bool is_after = depth > tolerance && (is_known || closes());
+    const bool is_after = depth > tolerance && (is_known || closing() > 0);
     (is_after ? touching : apart) = time;
     // In the middle of what is aimed at, so that rounding does not decide on which side it ends.
     const double lacking = depth - tolerance / 2;
     const bool is_between = last && lacking * last->lacking < 0;
-    const double rate = is_between ? (last->lacking - lacking) / (time - last->time) : candidate.closing;
+    double rate = is_between ? (last->lacking - lacking) / (time - last->time) : candidate.closing;
+    // What was seen to come to an edge comes down beside that more slowly.
+    const bool is_swept_apart = candidate.is_swept && !is_between && deepest != nullptr && lacking < 0;
+    if (const double now = is_swept_apart ? closing() : 0; now > 0) rate = std::min(rate, now);
     last = deepest != nullptr ? std::optional<Look>({time, lacking}) : std::nullopt;
     // Along the chord of a bent way they seemed to meet long before they do.
     if (deepest == nullptr) gap *= 2;

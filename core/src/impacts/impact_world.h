@@ -24,7 +24,7 @@ struct FlownWay {
   EntityRow row{};
   Pose start;       // of the entity's frame
   double time = 0;  // s that it took
-  // What sped it up on the way, if joints hold it: m/s^2 and N*m.
+  // What sped it up on the way, if joints hold it or from a blow on: m/s^2 and N*m.
   Vector3 acceleration = Vector3::Zero();
   Vector3 torque = Vector3::Zero();
   // Of the acceleration of what stands on the ground, what others gave it that can be moved.
