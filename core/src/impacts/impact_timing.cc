@@ -127,8 +127,8 @@ bool Impacts::WereApart(const ContactPair& pair, double time, double speed) cons
 bool Impacts::OnlySlidesOnto(const ContactPair& pair, const ContactPoint& point) const {
   const double closing = -point.relative_velocity.dot(point.normal), gap = std::max(-point.depth, 0.0);
   if (!(point.depth < kJustTouching && closing > kCreeping && closing * step_size_ > gap)) return false;
-  if (closing <= speed_.Of(pair.entity_a, pair.entity_b, point.normal)) {
-    // Most of what closes so slowly jostles.
+  if (gap < kLookAhead && closing <= speed_.Of(pair.entity_a, pair.entity_b, point.normal)) {
+    // Most of what closes so slowly jostles, unless it is seen far ahead.
     const auto velocity = [&](EntityRow row) { return world_.state.linear_velocities.col(Index(row)); };
     const Vector3 way = velocity(pair.entity_b) - velocity(pair.entity_a);
     if (way.cross(point.normal).squaredNorm() < kAlong * kAlong * closing * closing) return false;
