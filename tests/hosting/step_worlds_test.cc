@@ -111,10 +111,13 @@ TEST(StepWorldsCall, DoesNotWaitOnceAllHaveAnswered) {
   EXPECT_EQ(call.Next().wait_for(std::chrono::seconds(0)), std::future_status::ready);
 }
 
+// More than a machine that stands still for a while takes for slow: see StepWorldsCall::kLong.
+constexpr int kVeryMany = 2000;
+
 TEST(StepWorldsCall, GoesOnWhileItIsReadAndHoldsFewRepliesThatNobodyReads) {
-  Call call(100);
+  Call call(kVeryMany);
   call.AnswerAll(10);
-  EXPECT_EQ(call.begun(), StepWorldsCall::kWithWorldsMax) << "nobody has asked for any";
+  EXPECT_LT(static_cast<int>(call.begun()), kVeryMany / 4) << "nobody has asked for any";
 
   std::future<int> read = call.Next();
   for (size_t begun = 0; begun != call.begun();) {
@@ -124,15 +127,15 @@ TEST(StepWorldsCall, GoesOnWhileItIsReadAndHoldsFewRepliesThatNobodyReads) {
     ASSERT_EQ(read.wait_for(kLong), std::future_status::ready);
   }
   int told = read.get();
-  EXPECT_LE(call.begun(), told + StepWorldsCall::kWithWorldsMax);
+  EXPECT_LT(static_cast<int>(call.begun()), told + kVeryMany / 4);
 
-  while (told < 100) {
+  while (told < kVeryMany) {
     read = call.Next();
     call.AnswerAll(10);
     ASSERT_EQ(read.wait_for(kLong), std::future_status::ready);
     told += read.get();
   }
-  EXPECT_EQ(told, 100);
+  EXPECT_EQ(told, kVeryMany);
 }
 
 TEST(StepWorldsCall, LetsNobodyWaitForSlowWorlds) {
@@ -159,12 +162,14 @@ TEST(StepWorldsCall, WaitsForSlowWorldsWhereRepliesWouldBeTooManyBytes) {
 
 TEST(StepWorldsCall, ExpectsRepliesToBeLargerOnceOneWas) {
   constexpr size_t kBytes = StepWorldsCall::kUnsentBytesMax / 5;
-  Call call(100);
+  Call call(kVeryMany);
   std::future<int> first = call.Next();
-  EXPECT_EQ(call.begun(), StepWorldsCall::kWithWorldsMax);
   call.Answer(1, kBytes);
   std::this_thread::sleep_for(5 * StepWorldsCall::kLong);
-  EXPECT_EQ(call.begun(), StepWorldsCall::kWithWorldsMax);
+  const auto begun = static_cast<int>(call.begun());
+  EXPECT_LT(begun, kVeryMany) << "some are still to begin";
+  std::this_thread::sleep_for(5 * StepWorldsCall::kLong);
+  EXPECT_EQ(static_cast<int>(call.begun()), begun);
 }
 
 TEST(StepWorldsCall, HoldsFewBytesThatNobodyReads) {

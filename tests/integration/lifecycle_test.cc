@@ -199,12 +199,12 @@ TEST(Shutdown, LetsACallUnderWayEnd) {
   EXPECT_EQ(step, 50000u);
 }
 
-// Of a world of its own: a command, and more steps than anybody comes to the end of, for each takes a millisecond or
-// more.
+// Of a world of its own: a command, and more steps than anybody comes to the end of, for each takes a good part of a
+// millisecond.
 constexpr uint32_t kEndless = 100000;
 
 v1::StepRequest EndlessSteps(TestServer& server) {
-  constexpr int kBalls = 5000;
+  constexpr int kBalls = 2000;
   v1::World wanted;
   wanted.set_record_state_hash(true);
   v1::StepRequest request;
