@@ -44,6 +44,7 @@ class World final : public SweptWorld {
   bool IsExact(uint32_t island, const Call& call, double& softness) const;
   bool SolveExactly(uint32_t island, double softness, const Call& call);
   bool StepExactly(uint32_t island);
+  bool IsJammed(uint32_t island, const Call& call) const;
   void LoadBodies(uint32_t island, const StateArrays& state);
   void LoadRows(uint32_t island, const Call& call);
   void LoadContacts(uint32_t island, double softness, const Call& call);

@@ -3,6 +3,7 @@
 #include <array>
 #include <utility>
 
+#include "genphys/most_press.h"
 #include "genphys/push_spread.h"
 #include "library.h"
 #include "world.h"
@@ -51,6 +52,7 @@ bool World::SolveExactly(uint32_t island, double softness, const Call& call) {
     LoadRows(island, call);
     is_solved = StepExactly(island);
   } while (exact_ && exact_->IsToBeSolvedAnew(!is_solved));
+  is_solved = is_solved && !IsJammed(island, call);
   if (is_solved) {
     exact_->TakeRowImpulses();
     StoreImpulses(call.contacts);
@@ -58,6 +60,25 @@ bool World::SolveExactly(uint32_t island, double softness, const Call& call) {
   }
   for (const EntityRow row : islands().RowsOf(island)) body(row).number = kUnsolved;
   return is_solved;
+}
+
+bool World::IsJammed(uint32_t island, const Call& call) const {
+  const std::span<const uint32_t> rows = islands().JointRowsOf(island);
+  if (rows.empty()) return false;
+  MostPress most(call.contacts.pull * call.step_size);
+  for (const EntityRow row : islands().RowsOf(island)) {
+    const Vector3 spin =
+        body(row).pose.orientation.conjugate() * Vector3(call.state.angular_velocities.col(Index(row)));
+    const double turning = spin.dot(body(row).mass.tensor * spin);
+    most.Add(body(row).mass.mass, call.state.linear_velocities.col(Index(row)), turning);
+  }
+  for (const uint32_t row : rows) most.Add(call.joint_rows[row]);
+  double pressed = 0;
+  for (size_t i = 0; i < solved_.size(); ++i) {
+    const ContactPair& pair = call.contacts.pairs[solved_[i].pair];
+    pressed += std::max(solved_[i].sign * exact_->Impulse(i).dot(call.PointsOf(pair)[solved_[i].point].normal), 0.0);
+  }
+  return pressed > most.value();
 }
 
 // The solver goes on after an elimination that failed. Where joints contradict each other it ends in the middle, and so

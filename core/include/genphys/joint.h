@@ -162,6 +162,10 @@ struct JointState {
   std::array<double, kJointCoordinates> rates{};      // m/s and rad/s
   Vector3 force = Vector3::Zero();                    // N on b, world, mean over the last step
   Vector3 torque = Vector3::Zero();                   // N*m on b about the origin of frame b, world, likewise
+  double haste = 1;  // of the speeds at which errors are taken away: the part asked for, less after it got nowhere
+
+  /// Whether a joint is not only late, but something is in its way.
+  bool is_stuck() const { return haste <= 1.0 / 16; }
 };
 
 /// The axes of `kind` that may have a motor and are there, in the order in which its motors count.

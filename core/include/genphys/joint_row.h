@@ -28,6 +28,7 @@ struct JointRow {
   /// soft. One: nothing is said.
   uint8_t block = 1;
   bool is_driven = false;            // of a motor or spring, which may do work
+  bool is_stuck = false;             // its errors wait, for something is in the way of making up for them
   Vector3 axis = Vector3::UnitZ();   // world; of unit length except in gears
   Vector3 point = Vector3::Zero();   // world, m
   Vector3 axis_b = Vector3::Zero();  // world

@@ -87,7 +87,8 @@ class SweptWorld : public BackendWorld {
     static_cast<void>(geometry);
   }
 
-  /// Whether an island is to be solved all at once, by what was asked for and by its size.
+  /// Whether an island is to be solved all at once, by what was asked for and by its size. Not if something is in the
+  /// way of its joints: of what contradicts itself sweeps keep those apart that touch.
   bool IsForDirect(uint32_t island, const Call& call) const;
   /// See PushSpread.
   double SpreadOf(uint32_t island, const Call& call) const;

@@ -9,10 +9,8 @@ namespace genphys {
 namespace {
 
 // m/s or rad/s: where softness leaves more than this of a row, it takes an impulse that nothing real has, as where what
-// commands move jams against what joints hold. Numbers do not suffice for such impulses: such rows are solved so many
-// times as softly.
+// commands move jams against what joints hold. Numbers do not suffice for such impulses.
 constexpr double kJam = 1e-2;
-constexpr double kGivingWay = 1e2;
 
 }  // namespace
 
@@ -68,10 +66,14 @@ bool DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
 }
 
 bool DirectSolve::IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const {
+  double pressed = 0;
   for (size_t i = 0; i < rows.size(); ++i) {
-    if (rows_[rows[i]].slack * std::abs(impulses[static_cast<Eigen::Index>(i)]) > kJam) return true;
+    const Row& row = rows_[rows[i]];
+    const double impulse = impulses[static_cast<Eigen::Index>(i)];
+    if (row.slack * std::abs(impulse) > kJam) return true;
+    if (row.slack > 0 && row.bounds.bounded_by == BoundedSolver::kFree) pressed += impulse;
   }
-  return false;
+  return pressed > most_;
 }
 
 void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) {
@@ -113,11 +115,7 @@ bool DirectSolve::Run() {
   }
   const Eigen::VectorXd answered = alone - answer * impulses;
   if (!answered.allFinite() || !impulses.allFinite()) return false;
-  if (!gives_way_ && IsJammed(bounded, impulses)) {
-    gives_way_ = true;
-    for (const size_t i : bounded) rows_[i].softness += (kGivingWay - 1) * rows_[i].slack;
-    return Run();
-  }
+  if (IsJammed(bounded, impulses)) return false;
   Apply(free, answered);
   Apply(bounded, impulses);
   return true;

@@ -16,7 +16,10 @@ class ContactSweeps::Impl {
   void Begin(double step_size, double pull, bool are_few);
   uint32_t AddBody(const SweptBody& body);
   void AddPair(const AddedPair& pair);
-  void AddRow(uint32_t a, uint32_t b, JointRow& row) { rows_.push_back({a, b, &row}); }
+  void AddRow(uint32_t a, uint32_t b, JointRow& row) {
+    rows_.push_back({a, b, &row});
+    is_stuck_ = is_stuck_ || row.is_stuck;
+  }
   void Solve(BoundedSolver* direct);
   const SweptBody& body(uint32_t number) const { return bodies_[number]; }
 
@@ -91,6 +94,8 @@ class ContactSweeps::Impl {
   void VisitRows(Visit visit);
   // After a sweep. False if no sweep will come nearer.
   bool Leap();
+  // See MostPress.
+  double MostPressed() const;
   // False if the equations cannot be solved all at once.
   bool SolveDirectly(BoundedSolver& solver);
   // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
@@ -113,6 +118,7 @@ class ContactSweeps::Impl {
   std::vector<AddedPoint> points_;      // by row of their normal
   size_t point_count_ = 0;              // of pairs_
   bool are_few_ = false;                // see Begin(); of other iterations than a preset's none are
+  bool is_stuck_ = false;               // something is in the way of a row of rows_
   bool goes_along_ = false;             // of few something GoesAlong()
   std::vector<SolverRow> normals_;
   std::vector<SolverRow> frictions_;

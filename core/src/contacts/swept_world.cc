@@ -186,6 +186,8 @@ double SweptWorld::SpreadOf(uint32_t island, const Call& call) const {
 
 bool SweptWorld::IsForDirect(uint32_t number, const Call& call) const {
   const Islands::Island& island = islands_.islands()[number];
+  const auto is_stuck = [&](uint32_t row) { return call.joint_rows[row].is_stuck; };
+  if (std::ranges::any_of(islands_.JointRowsOf(number), is_stuck)) return false;
   switch (settings_.solver) {
     case Solver::kIterative:
       return false;

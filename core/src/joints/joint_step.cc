@@ -281,8 +281,10 @@ void JointStep::WriteRowsOf(Held& held, double h, double trust, std::vector<Join
     RowWriter ahead(a_ahead, b_ahead, state, expected_);
     std::visit([&](const auto& kind) { WriteRows(kind, ahead); }, joint.desc.kind);
   }
+  const auto first = static_cast<std::ptrdiff_t>(rows.size());
   RowWriter writer(a, b, h, held.correction, state, &rows, {expected_, trust}, {former_.DrivesOf(joint.id), told_});
   std::visit([&](const auto& kind) { WriteRows(kind, writer); }, joint.desc.kind);
+  if (state.is_stuck()) std::for_each(rows.begin() + first, rows.end(), [](JointRow& row) { row.is_stuck = true; });
   held.share = h / writer.interval();
   // What a step does not resolve is where it is told to be at its end, and gives no mean.
   if (writer.is_late()) body_a.is_late = body_b.is_late = true;

@@ -76,7 +76,7 @@ class JointStep {
   /// velocities that move the bodies to where they shall be, and from then on those that they have.
   std::span<JointRow> Solve(Solver solver, double h, std::span<const EntityRow> moving, const ContactBuffer& contacts,
                             std::vector<JointRow>& rows);
-  void TakeLeft(std::vector<JointRow>& rows);
+  void TakeLeft(double h, std::vector<JointRow>& rows);
 
   /// Whether that solve followed the body through the substep, so that in the long run it gets no energy of it.
   bool IsFollowed(EntityRow row) const;
@@ -224,10 +224,9 @@ class JointStep {
   bool MayBeSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   bool IsSurprised(std::span<const JointRow> rows, std::span<const uint32_t> mine, double h);
   const JointBody& BodyAt(EntityRow side) const;
-  // By how much more than its rate (m or rad per second) a row changes at most because what it is fixed to turns:
-  // of the row at `index`.
+  // By how much more than its rate (m or rad per second) the row at `index` changes at most because what it is fixed to
+  // turns, and of that because the line between two points does.
   double BendAt(std::span<const JointRow> rows, size_t index, double h) const;
-  // Of that, because the line between two points turns.
   double BendOfLine(const JointRow& row, size_t index, double h) const;
   // Those of a joint that say where its point is.
   static bool BendsAlike(const JointRow& a, const JointRow& b);
@@ -241,7 +240,6 @@ class JointStep {
   bool Follow(uint32_t island, double h, std::vector<JointRow>& rows);
   bool SolveIsland(uint32_t island, double h, std::vector<JointRow>& rows);
   bool SolveAnew(uint32_t island, std::vector<JointRow>& rows);
-  // Motors that are too weak for their load from some time in the substep on (joint_step_motors.cc).
   double InertiaOf(const JointRow& row) const;
   void FindTurning(std::span<const uint32_t> mine, std::span<const JointRow> rows);
   std::pair<TurningMotor*, double> FirstThere(std::span<const JointRow> rows);
@@ -249,6 +247,7 @@ class JointStep {
   double RateBefore(const JointRow& row) const;
   double RateAfter(const JointRow& row) const;
   void FindJolts(std::span<const JointRow> rows);
+  void WatchHaste(double h);
   void LeaveReached(const Linked& group, double h, std::vector<Change>& changes);
   // False: it is not so simple.
   bool FollowReached(const Linked& group, double h, PushOf push_of, std::vector<Led>& led);

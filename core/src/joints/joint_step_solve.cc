@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "joints/haste.h"
 #include "joints/inertia_factor.h"
 #include "joints/joint_step.h"
 #include "joints/row_rate.h"
@@ -184,10 +185,10 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   islands_.Find(state_.rows(), moving, contacts, rows);
   FindJolts(rows);
   is_solved_.assign(islands_.islands().size(), false);
-  if (solver == Solver::kIterative) return rows;
   for (uint32_t i = 0; i < rows.size(); ++i) {
-    if (islands_.IslandOf(rows[i].a, rows[i].b) == Islands::kNone) left_.push_back(i);
+    if (solver == Solver::kIterative || islands_.IslandOf(rows[i].a, rows[i].b) == Islands::kNone) left_.push_back(i);
   }
+  if (solver == Solver::kIterative) return rows;
   for (uint32_t island = 0; island < islands_.islands().size(); ++island) {
     const std::span<const uint32_t> mine = islands_.JointRowsOf(island);
     const bool touches_nothing = islands_.islands()[island].contacts == 0;
@@ -217,11 +218,26 @@ std::span<JointRow> JointStep::Solve(Solver solver, double h, std::span<const En
   return left_rows_;
 }
 
-void JointStep::TakeLeft(std::vector<JointRow>& rows) {
+void JointStep::TakeLeft(double h, std::vector<JointRow>& rows) {
   for (const JointBody& body : bodies()) {
     if (body.is_followed) state_.angular_velocities.col(Index(body.row)) = body.angular_velocity;
   }
   for (size_t i = 0; i < left_rows_.size(); ++i) rows[left_[i]].impulse = left_rows_[i].impulse;
+  WatchHaste(h);
+}
+
+// Those that nothing is in the way of have it back sooner or later.
+void JointStep::WatchHaste(double h) {
+  HasteWatch watch(scene_, state_, islands_, bodies(), body_of_, rows_, h);
+  for (size_t first = 0, end; first < owners_.size(); first = end) {
+    for (end = first + 1; end < owners_.size() && owners_[end] == owners_[first];) ++end;
+    double& haste = layer_.joints[held_[owners_[first]].slot].haste;
+    if (left_.empty() && haste == 1) continue;
+    const uint32_t island = islands_.IslandOf(rows_[first].a, rows_[first].b);
+    if (island == Islands::kNone) continue;
+    const auto own = std::span<const JointRow>(rows_).subspan(first, end - first);
+    haste = is_solved_[island] ? HasteWatch::Recovered(haste) : watch.After(own, island, haste);
+  }
 }
 
 void JointStep::AllowWork(double h, std::span<const JointRow> rows, std::span<SolveEnergy> energies) const {

@@ -138,7 +138,9 @@ double RowWriter::HeldMobility(const JointRow& row) const {
 double RowWriter::SpeedFor(double error, bool is_angular) const {
   const double bound = is_angular ? kCorrectionSpinMax : correction_.speed_max.value_or(kCorrectionSpeedMax);
   const double slop = is_angular ? 0 : correction_.slop.value_or(0);
-  return std::min(correction_.PartOf(step_size_, kCorrected) * std::max(error - slop, 0.0) / step_size_, bound);
+  const double speed =
+      std::min(correction_.PartOf(step_size_, kCorrected) * std::max(error - slop, 0.0) / step_size_, bound);
+  return std::min(speed, std::max(state_.haste * speed, is_angular ? kCreepingSpin : kCreepingSpeed));
 }
 
 double RowWriter::RepairAt(double speed, bool is_angular, double mobility) const {

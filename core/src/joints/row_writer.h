@@ -15,6 +15,10 @@ namespace genphys {
 /// No error is taken away faster than this (m/s): what was joined far apart comes together without a bang.
 inline constexpr double kCorrectionSpeedMax = 10;
 
+/// What gets nowhere is asked for no more slowly than this (m/s and rad/s): see JointState::haste.
+inline constexpr double kCreepingSpeed = 0.05;
+inline constexpr double kCreepingSpin = 0.1;
+
 /// Softness of a hard row, of its own mobility. Where rows say the same thing twice a direct solver divides by what is
 /// left; what hangs on such a row gives way by 1e-8 of what it would fall.
 inline constexpr double kLeastSoftness = 1e-8;

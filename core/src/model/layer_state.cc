@@ -80,11 +80,12 @@ void Put(ByteWriter& out, const IdAllocator& ids) {
 }
 
 void Put(ByteWriter& out, const JointState& value) {
-  const auto& [positions, rates, force, torque] = value;
+  const auto& [positions, rates, force, torque, haste] = value;
   for (double position : positions) out.Put(position);
   for (double rate : rates) out.Put(rate);
   out.Put(force);
   out.Put(torque);
+  out.Put(haste);
 }
 
 void Put(ByteWriter& out, const std::optional<double>& value) {

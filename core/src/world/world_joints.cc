@@ -197,7 +197,7 @@ void World::NoteDrive(JointId id, uint8_t place, const JointAxis& before, const 
 // It pulls from elsewhere after the boundary, by springs and drives to positions alone.
 void World::LeaveFrames(JointId id, const JointDesc& joint) {
   JointState& state = layer_.joints[id.index()];
-  state = {.force = state.force, .torque = state.torque};
+  state = {.force = state.force, .torque = state.torque, .haste = state.haste};
   Note({id, *joint.frame_in_a, *joint.frame_in_b}, scene_, layer_.former_frames);
   DrawJoined(joint);
 }

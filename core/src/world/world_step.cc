@@ -339,7 +339,7 @@ void StepRun::Solve(double h) {
   undo_.SpoilEngine();
   world_.engine_->Solve(h, rows_, state_, world_.contacts_, left);
   SolveMisdrawn(h, left);
-  joints_.TakeLeft(rows);
+  joints_.TakeLeft(h, rows);
   RestrainJoints(h, rows);
 }
 

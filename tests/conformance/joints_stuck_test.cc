@@ -1,0 +1,134 @@
+// Joints that something is in the way of: no impulse brings them together, and nobody is thrown about by the attempt.
+#include <algorithm>
+#include <cmath>
+
+#include "conformance/engine_test.h"
+#include "support/joints.h"
+
+namespace genphys::testing {
+namespace {
+
+GENPHYS_ENGINE_TESTS(JointsStuck);
+
+constexpr double kHeight = 0.3;  // m, of the middle of a box that stands on the floor
+constexpr double kLength = 0.7;  // m, from there up to the hand
+
+// A box on the floor, and a hand that holds it from above by a joint.
+struct Led {
+  Led(const std::string& engine, const StepperDesc& stepper, const JointKind& kind, int steps_per_second)
+      : rate(steps_per_second), world(testing::MakeWorld(WorldOf(engine, stepper, rate))) {
+    box = Add(*world, Body(Box{{0.5, 0.4, kHeight}}, {0, 0, kHeight}, 10));
+    EntityDesc ball = Ball({0, 0, kHeight + kLength}, 0.1);
+    ball.rigid_body->motion_type = MotionType::kKinematic;
+    hand = Add(*world, ball);
+    joint = Join(*world, Between(box, hand, kind, Pose{{0, 0, kLength}, {1, 0, 0, 0}}));
+  }
+
+  static WorldDesc WorldOf(const std::string& engine, const StepperDesc& stepper, int rate) {
+    WorldDesc desc{.engine = engine, .stepper = stepper};
+    desc.stepper.step_size = 1.0 / rate;
+    desc.default_auto_disable.enabled = false;
+    return desc;
+  }
+
+  // Leads the hand to `height` over the box's place and on, for `seconds` each.
+  void Lead(double height, double seconds) {
+    const auto steps = static_cast<uint32_t>(seconds * rate);
+    Do(*world, SetPose{.id = hand, .position = Vector3(0, 0, kHeight + kLength + height), .over_steps = steps});
+    for (uint32_t i = 0; i < 2 * steps; ++i) {
+      Steps(*world, 1);
+      fastest = std::max(fastest, VelocityOf(*world, box).norm());
+      const Vector3 moved = PositionOf(*world, box) - Vector3(0, 0, kHeight);
+      farthest = std::max(farthest, moved.norm());
+    }
+  }
+
+  int rate;
+  std::unique_ptr<World> world;
+  EntityId box, hand;
+  JointId joint;
+  double fastest = 0;   // m/s
+  double farthest = 0;  // m
+};
+
+// How fast the hand goes is asked of the box, too, until the joint is seen to be in the way: the faster it is led, the
+// more may be left of that.
+void ExpectStaysAndFollows(Led led, double depth) {
+  const double moved = 0.01 + 0.1 * depth, speed = 0.2 + 6 * depth;
+  led.Lead(-depth, 1);
+  EXPECT_LE(led.farthest, moved) << "the floor bears it";
+  EXPECT_LE(led.fastest, speed);
+  EXPECT_NEAR(GapOf(*led.world, led.joint), depth, moved);
+  EXPECT_LE(VelocityOf(*led.world, led.box).norm(), 0.1) << "it stands still";
+  led.Lead(0, 1);
+  EXPECT_LE(led.farthest, moved) << "it is not carried along by what was torn open";
+  EXPECT_LE(GapOf(*led.world, led.joint), 1e-3) << "that closes again";
+  led.Lead(0.2, 1);
+  EXPECT_NEAR(PositionOf(*led.world, led.box).z(), kHeight + 0.2, 1e-3) << "nothing holds it down";
+  EXPECT_LE(led.fastest, speed);
+}
+
+TEST_P(JointsStuck, LeadNobodyThroughTheFloorAndDoNotShakeIt) {
+  Proves({Claim::kContacts, Claim::kJointBall});
+  for (const int rate : {60, 240}) {
+    for (const double depth : {0.02, 0.1, 0.6}) {
+      SCOPED_TRACE(::testing::Message() << depth << " m too low, " << rate << " steps/s");
+      ExpectStaysAndFollows({GetParam(), {}, BallJoint{}, rate}, depth);
+    }
+  }
+}
+
+TEST_P(JointsStuck, LeadNobodyThroughTheFloorInSweepsEither) {
+  Proves({Claim::kContacts, Claim::kSolverIterative});
+  for (const double depth : {0.02, 0.1, 0.6}) {
+    SCOPED_TRACE(::testing::Message() << depth << " m too low");
+    ExpectStaysAndFollows({GetParam(), {.solver = Solver::kIterative}, BallJoint{}, 120}, depth);
+  }
+}
+
+TEST_P(JointsStuck, LeadNobodyThroughTheFloorThatTheyHoldFast) {
+  Proves({Claim::kContacts, Claim::kJointFixed});
+  for (const double depth : {0.02, 0.1, 0.6}) {
+    SCOPED_TRACE(::testing::Message() << depth << " m too low");
+    ExpectStaysAndFollows({GetParam(), {}, FixedJoint{}, 60}, depth);
+  }
+}
+
+// Sweeps come near slowly where much hangs on little, and that is no jam either: haste that fell would leave it open.
+TEST_P(JointsStuck, AHeavyLoadThatTouchesSomethingIsOnlyLate) {
+  Proves({Claim::kContacts, Claim::kSolverIterative});
+  constexpr int kLinks = 20;
+  const auto world = testing::MakeWorld(Led::WorldOf(GetParam(), {.solver = Solver::kIterative}, 60));
+  EntityId above;
+  std::vector<JointId> joints;
+  for (int i = 0; i < kLinks; ++i) {
+    const bool is_last = i + 1 == kLinks;
+    const EntityId link = Add(*world, Ball({0, 0, 10.0 - 0.4 * i}, 0.1, is_last ? 20 : 1));
+    joints.push_back(Join(*world, Between(above, link, BallJoint{}, Pose{{0, 0, i == 0 ? 10.2 : -0.2}, {1, 0, 0, 0}})));
+    above = link;
+  }
+  // Something that lies on the load, and falls down with it as far as it does.
+  Add(*world, Crate({0, 0, 10.0 - 0.4 * (kLinks - 1) + 0.12}, 0.02, 0.01));
+  double gap = 0;
+  for (int i = 0; i < 240; ++i) {
+    Steps(*world, 1);
+    if (i >= 120) gap = std::max(gap, GapOf(*world, joints.back()));
+  }
+  EXPECT_LE(gap, 0.05);
+}
+
+// A press of what weighs far less than what it pushes is no jam: motors and weights have bounds.
+TEST_P(JointsStuck, AreNotThoseThatPressHard) {
+  Proves({Claim::kContacts, Claim::kJointSlider});
+  constexpr double kForce = 5000, kMass = 0.5;
+  const auto world = testing::MakeWorld(Led::WorldOf(GetParam(), {}, 60));
+  const EntityId ram = Add(*world, Crate({0, 0, 0.5}, 0.1, kMass));
+  const JointAxis axis{.limits = {}, .motor = Motor{.target_velocity = -1.0, .force_max = kForce}, .spring = {}};
+  const JointId rail = Join(*world, ToWorld(ram, SliderJoint{axis}, Pose{{0, 0, 0.5}, {1, 0, 0, 0}}));
+  Steps(*world, 120);
+  EXPECT_NEAR(PositionOf(*world, ram).z(), 0.1, 2e-3);
+  EXPECT_NEAR(StateOf(*world, rail).force.norm(), kForce, kDirect * kForce) << "it presses as hard as it can";
+}
+
+}  // namespace
+}  // namespace genphys::testing
