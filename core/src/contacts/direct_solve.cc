@@ -66,14 +66,10 @@ bool DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
 }
 
 bool DirectSolve::IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const {
-  double pressed = 0;
   for (size_t i = 0; i < rows.size(); ++i) {
-    const Row& row = rows_[rows[i]];
-    const double impulse = impulses[static_cast<Eigen::Index>(i)];
-    if (row.slack * std::abs(impulse) > kJam) return true;
-    if (row.slack > 0 && row.bounds.bounded_by == BoundedSolver::kFree) pressed += impulse;
+    if (rows_[rows[i]].slack * std::abs(impulses[static_cast<Eigen::Index>(i)]) > kJam) return true;
   }
-  return pressed > most_;
+  return false;
 }
 
 void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) {

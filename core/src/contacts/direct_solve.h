@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,9 +23,6 @@ class DirectSolve {
 
   /// The last row, and the next one across it, are bounded together, as friction is whichever way it acts.
   void PairLast() { rows_.back().is_first_of_two = true; }
-
-  /// Contacts that together push by more than this (N*s) are no solution: see MostPress.
-  void SetMost(double most) { most_ = most; }
 
   /// Gives all rows their impulses and the bodies what follows. False, and nothing done: there is no solution in sight.
   bool Run();
@@ -59,7 +55,6 @@ class DirectSolve {
   BoundedSolver& solver_;
   std::span<MotionChange> changes_;
   std::vector<Row> rows_;
-  double most_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace genphys

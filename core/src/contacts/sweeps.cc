@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "contacts/direct_solve.h"
-#include "genphys/most_press.h"
 #include "genphys/work_watch.h"
 
 namespace genphys {
@@ -192,21 +191,8 @@ void ContactSweeps::Impl::PushApart() {
   }
 }
 
-double ContactSweeps::Impl::MostPressed() const {
-  MostPress most(pull_ * step_size_);
-  for (const SweptBody& body : bodies_) {
-    if (!(body.inverse_mass > 0)) continue;
-    const Vector3& spin = body.angular_velocity;
-    const double turning = spin.isZero(0) ? 0.0 : spin.dot(body.inverse_tensor.ldlt().solve(spin));
-    most.Add(1 / body.inverse_mass, body.linear_velocity, turning);
-  }
-  for (const AddedRow& added : rows_) most.Add(*added.row);
-  return most.value();
-}
-
 bool ContactSweeps::Impl::SolveDirectly(BoundedSolver& solver) {
   DirectSolve solve(solver, changes_);
-  if (!rows_.empty()) solve.SetMost(MostPressed());
   const auto add = [&](SolverRow& row, const DirectSolve::Bounds& bounds) {
     solve.Add(row, row.wanted, bounds, 0, kDirectSoftness, row.impulse);
   };

@@ -94,8 +94,6 @@ class ContactSweeps::Impl {
   void VisitRows(Visit visit);
   // After a sweep. False if no sweep will come nearer.
   bool Leap();
-  // See MostPress.
-  double MostPressed() const;
   // False if the equations cannot be solved all at once.
   bool SolveDirectly(BoundedSolver& solver);
   // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
