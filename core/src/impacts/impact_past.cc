@@ -69,6 +69,16 @@ bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) c
   });
 }
 
+bool ImpactPast::WerePressedNear(const ContactPair& pair, const ContactPoint& point, double distance) const {
+  const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  return AnySolved(entities, [&](const ContactPair& before) {
+    if (before.geometry_a != pair.geometry_a || before.geometry_b != pair.geometry_b) return false;
+    return std::ranges::any_of(PointsOf(world_.solved, before), [&](const ContactPoint& known) {
+      return known.normal_impulse > 0 && (known.position - point.position).squaredNorm() <= distance * distance;
+    });
+  });
+}
+
 const FlownWay* ImpactPast::WayFromBlow(EntityRow row) const {
   if (!IsHit(row)) return nullptr;
   const auto way = std::ranges::lower_bound(ways_, row, {}, &FlownWay::row);

@@ -37,6 +37,8 @@ class ImpactPast {
   bool WerePressed(const EntityPair& entities) const;
   /// The same two surfaces, and about as they touch there now.
   bool WerePressedSo(const ContactPair& pair, const Vector3& normal) const;
+  /// The same, and no farther than `distance` (m) from there.
+  bool WerePressedNear(const ContactPair& pair, const ContactPoint& point, double distance) const;
 
   /// The way of one that was hit in this substep and put elsewhere, or null.
   const FlownWay* WayFromBlow(EntityRow row) const;

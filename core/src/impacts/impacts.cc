@@ -150,7 +150,8 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   };
   if (std::none_of(points.begin(), points.end(), closes)) return std::nullopt;
   const bool is_free = speed_.IsFree(pair);
-  const bool is_held = !is_free && IsNewAmongHeld(pair);
+  const auto is_new = [&](const ContactPoint& point) { return closes(point) && IsNewBesideHeld(pair, point); };
+  const bool is_held = !is_free && (IsNewAmongHeld(pair) || std::ranges::any_of(points, is_new));
   if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
   const double since = past_.FreeSince(pair);
   const bool goes_back = rewinds_ && (is_free || is_held);

@@ -75,6 +75,10 @@ class Impacts {
   /// Whether one of the two slides or rolls into the other: an engine would stop it a substep too late or too early,
   /// and in its own way. What only touches something that throws it back is not held by that either.
   bool IsNewAmongHeld(const ContactPair& pair) const;
+  /// Whether two that press against each other, one of which nothing moves, meet and part again at a point far from
+  /// there: the end of what tips about the other one. What rolls meets at points as near to the last one as it goes in
+  /// a substep.
+  bool IsNewBesideHeld(const ContactPair& pair, const ContactPoint& point) const;
 
   /// What all impacts so far passed on, in canonical order within each Solve().
   const ContactBuffer& impulses() const { return impulses_; }
