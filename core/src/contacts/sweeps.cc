@@ -1,6 +1,7 @@
 #include "contacts/sweeps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -26,7 +27,7 @@ constexpr double kNearlySettled = 1e-8;
 constexpr double kLeastPush = 1e-5;
 
 // Where joints and contacts press against each other, and neither gives way, each sweep presses harder, and each solve
-// would begin with all of that, which lasts when they let go. This part of it is remembered.
+// would begin with all of that, which lasts when they let go. Where joints hold a body this part of it is remembered.
 constexpr double kStuckPart = 0.5;
 
 // Of a WorkWatch.
@@ -70,12 +71,19 @@ void ContactSweeps::Impl::Begin(double step_size, double pull, bool are_few) {
   joints_.clear();
   torsions_.clear();
   point_count_ = 0;
-  is_stuck_ = false;
+  is_stuck_.clear();
 }
 
 uint32_t ContactSweeps::Impl::AddBody(const SweptBody& body) {
   bodies_.push_back(body);
   return static_cast<uint32_t>(bodies_.size()) - 1;
+}
+
+void ContactSweeps::Impl::AddRow(uint32_t a, uint32_t b, JointRow& row) {
+  rows_.push_back({a, b, &row});
+  if (!row.is_stuck) return;
+  is_stuck_.resize(bodies_.size());
+  for (const uint32_t body : {a, b}) is_stuck_[body] = body != ContactSweeps::kFixed;
 }
 
 void ContactSweeps::Impl::AddPair(const AddedPair& pair) {
@@ -263,6 +271,11 @@ bool ContactSweeps::Impl::Leap() {
   return true;
 }
 
+bool ContactSweeps::Impl::IsStuck(const SolverRow& row) const {
+  return std::ranges::any_of(std::array{row.a, row.b},
+                             [&](uint32_t body) { return body < is_stuck_.size() && is_stuck_[body] != 0; });
+}
+
 void ContactSweeps::Impl::TakeImpulses() {
   for (size_t i = 0; i < points_.size(); ++i) {
     const AddedPoint& added = points_[i];
@@ -271,10 +284,10 @@ void ContactSweeps::Impl::TakeImpulses() {
       const SolverRow& row = frictions_[j];
       across -= row.push.head<3>() * row.impulse;
     }
-    *added.impulse = {normals_[i].impulse, across, Vector3::Zero()};
-    added.point->normal_impulse = added.impulse->normal;
-    added.point->friction_impulse = added.impulse->friction;
-    if (is_stuck_) *added.impulse = {kStuckPart * added.impulse->normal, kStuckPart * across, Vector3::Zero()};
+    added.point->normal_impulse = normals_[i].impulse;
+    added.point->friction_impulse = across;
+    const double kept = IsStuck(normals_[i]) ? kStuckPart : 1;
+    *added.impulse = {kept * normals_[i].impulse, kept * across, Vector3::Zero()};
   }
   for (const Torsion& row : torsions_) {
     points_[row.normal].impulse->torque += row.impulse * row.turn_b.head<3>();

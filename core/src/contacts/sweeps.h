@@ -16,10 +16,7 @@ class ContactSweeps::Impl {
   void Begin(double step_size, double pull, bool are_few);
   uint32_t AddBody(const SweptBody& body);
   void AddPair(const AddedPair& pair);
-  void AddRow(uint32_t a, uint32_t b, JointRow& row) {
-    rows_.push_back({a, b, &row});
-    is_stuck_ = is_stuck_ || row.is_stuck;
-  }
+  void AddRow(uint32_t a, uint32_t b, JointRow& row);
   void Solve(BoundedSolver* direct);
   const SweptBody& body(uint32_t number) const { return bodies_[number]; }
 
@@ -99,6 +96,7 @@ class ContactSweeps::Impl {
   // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
   // above.
   bool PushDirectly(BoundedSolver& solver, double settled);
+  bool IsStuck(const SolverRow& row) const;
   void TakeImpulses();
   void TakeMotions();
 
@@ -116,7 +114,7 @@ class ContactSweeps::Impl {
   std::vector<AddedPoint> points_;      // by row of their normal
   size_t point_count_ = 0;              // of pairs_
   bool are_few_ = false;                // see Begin(); of other iterations than a preset's none are
-  bool is_stuck_ = false;               // something is in the way of a row of rows_
+  std::vector<uint8_t> is_stuck_;       // by number of the body, of some: something is in the way of a joint of it
   bool goes_along_ = false;             // of few something GoesAlong()
   std::vector<SolverRow> normals_;
   std::vector<SolverRow> frictions_;

@@ -59,23 +59,23 @@ bool ImpactPast::WerePressed(const EntityPair& entities) const {
   return AnySolved(entities, [&](const ContactPair& pair) { return PressedApart(pair) > ImpactSpeed::kMin; });
 }
 
-bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) const {
+template <typename Found>
+bool ImpactPast::AnyPressed(const ContactPair& pair, Found&& found) const {
   const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
   return AnySolved(entities, [&](const ContactPair& before) {
     if (before.geometry_a != pair.geometry_a || before.geometry_b != pair.geometry_b) return false;
-    return std::ranges::any_of(PointsOf(world_.solved, before), [&](const ContactPoint& point) {
-      return point.normal_impulse > 0 && point.normal.dot(normal) > kSameNormal;
-    });
+    return std::ranges::any_of(PointsOf(world_.solved, before),
+                               [&](const ContactPoint& point) { return point.normal_impulse > 0 && found(point); });
   });
 }
 
+bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) const {
+  return AnyPressed(pair, [&](const ContactPoint& point) { return point.normal.dot(normal) > kSameNormal; });
+}
+
 bool ImpactPast::WerePressedNear(const ContactPair& pair, const ContactPoint& point, double distance) const {
-  const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
-  return AnySolved(entities, [&](const ContactPair& before) {
-    if (before.geometry_a != pair.geometry_a || before.geometry_b != pair.geometry_b) return false;
-    return std::ranges::any_of(PointsOf(world_.solved, before), [&](const ContactPoint& known) {
-      return known.normal_impulse > 0 && (known.position - point.position).squaredNorm() <= distance * distance;
-    });
+  return AnyPressed(pair, [&](const ContactPoint& pressed) {
+    return (pressed.position - point.position).squaredNorm() <= distance * distance;
   });
 }
 

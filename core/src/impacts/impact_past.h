@@ -64,6 +64,9 @@ class ImpactPast {
   // Calls found(pair) for each pair of the last solve of these two, until one says so. Returns whether one did.
   template <typename Found>
   bool AnySolved(const EntityPair& entities, Found&& found) const;
+  // The same of the points at which these two surfaces were pressed.
+  template <typename Found>
+  bool AnyPressed(const ContactPair& pair, Found&& found) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;
 
   const ImpactWorld& world_;
