@@ -123,15 +123,59 @@ TEST_P(JointsStuck, AHeavyLoadThatTouchesSomethingIsOnlyLate) {
 
 // A press of what weighs far less than what it pushes is no jam: motors and weights have bounds.
 TEST_P(JointsStuck, AreNotThoseThatPressHard) {
-  Proves({Claim::kContacts, Claim::kJointSlider});
-  constexpr double kForce = 5000, kMass = 0.5;
+  Proves({Claim::kContacts, Claim::kJointSlider, Claim::kJointFixed});
+  constexpr double kForce = 5000, kMass = 0.1, kSide = 0.1;
+  constexpr int kParts = 6;
   const auto world = testing::MakeWorld(Led::WorldOf(GetParam(), {}, 60));
-  const EntityId ram = Add(*world, Crate({0, 0, 0.5}, 0.1, kMass));
+  const double top = kSide * (2 * kParts - 1);
+  EntityId above = Add(*world, Crate({0, 0, top}, kSide, kMass));
   const JointAxis axis{.limits = {}, .motor = Motor{.target_velocity = -1.0, .force_max = kForce}, .spring = {}};
-  const JointId rail = Join(*world, ToWorld(ram, SliderJoint{axis}, Pose{{0, 0, 0.5}, {1, 0, 0, 0}}));
+  const JointId rail = Join(*world, ToWorld(above, SliderJoint{axis}, Pose{{0, 0, top}, {1, 0, 0, 0}}));
+  std::vector<JointId> bolts;
+  for (int i = 1; i < kParts; ++i) {
+    const EntityId part = Add(*world, Crate({0, 0, top - 2 * kSide * i}, kSide, kMass));
+    bolts.push_back(Join(*world, Between(above, part, FixedJoint{}, Pose{{0, 0, -kSide}, {1, 0, 0, 0}})));
+    above = part;
+  }
   Steps(*world, 120);
-  EXPECT_NEAR(PositionOf(*world, ram).z(), 0.1, 2e-3);
+  EXPECT_NEAR(PositionOf(*world, above).z(), kSide, 2e-3);
   EXPECT_NEAR(StateOf(*world, rail).force.norm(), kForce, kDirect * kForce) << "it presses as hard as it can";
+  for (const JointId bolt : bolts) EXPECT_NEAR(StateOf(*world, bolt).force.norm(), kForce, 1e-2 * kForce);
+}
+
+// A ball of `mass` kg on a light slide, which a beam that nothing stops turns into the floor: whichever way it slides,
+// there is less and less room for it.
+double FastestOfSqueezed(const std::string& engine, int rate, double spin, double mass) {
+  constexpr double kArm = 0.8, kRadius = 0.3, kPost = 0.45;
+  const auto world = testing::MakeWorld(Led::WorldOf(engine, {}, rate));
+  EntityDesc beam = Body(Box{Vector3::Constant(0.1)}, {0, 0, kArm});
+  beam.rigid_body->motion_type = MotionType::kKinematic;
+  beam.rigid_body->angular_velocity = {0, spin, 0};
+  const EntityId turned = Add(*world, beam), slide = Add(*world, Crate({kArm, 0, kArm}, 0.05, 0.05));
+  const EntityId ball = Add(*world, Ball({kArm, 0, kArm - kPost}, kRadius, mass));
+  const JointAxis axis{.limits = {.lower = -0.2, .upper = 0.2}, .motor = {}, .spring = {}};
+  Join(*world, Between(turned, slide, SliderJoint{axis}, Pose{{kArm, 0, 0}, {1, 0, 0, 0}}));
+  Join(*world, Between(slide, ball, FixedJoint{}, Pose{{0, 0, kRadius - kPost}, {1, 0, 0, 0}}));
+  double fastest = 0;
+  for (int i = 0; i < 2 / spin * rate; ++i) {
+    Steps(*world, 1);
+    fastest = std::max(fastest, VelocityOf(*world, ball).norm());
+  }
+  return fastest;
+}
+
+// The joints are torn open by nearly their size before there is room again, and then close as gravity lets them.
+TEST_P(JointsStuck, ThrowNobodyOut) {
+  Proves({Claim::kContacts, Claim::kJointSlider, Claim::kJointFixed});
+  constexpr double kThrown = 40;  // m/s
+  for (const int rate : {60, 120, 240}) {
+    for (const double spin : {0.1, 0.3, 1.0}) {
+      for (const double mass : {0.5, 26.0}) {
+        EXPECT_LE(FastestOfSqueezed(GetParam(), rate, spin, mass), kThrown)
+            << mass << " kg at " << spin << " rad/s, " << rate << " steps/s";
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -70,9 +70,10 @@ bool World::IsJammed(uint32_t island, const Call& call) const {
     const Vector3 spin =
         body(row).pose.orientation.conjugate() * Vector3(call.state.angular_velocities.col(Index(row)));
     const double turning = spin.dot(body(row).mass.tensor * spin);
-    most.Add(body(row).mass.mass, call.state.linear_velocities.col(Index(row)), turning);
+    most.AddWeight(body(row).mass.mass);
+    most.AddMotion(body(row).mass.mass, call.state.linear_velocities.col(Index(row)), turning);
   }
-  for (const uint32_t row : rows) most.Add(call.joint_rows[row]);
+  for (const uint32_t row : rows) most.AddDrive(call.joint_rows[row]);
   double pressed = 0;
   for (size_t i = 0; i < solved_.size(); ++i) {
     const ContactPair& pair = call.contacts.pairs[solved_[i].pair];

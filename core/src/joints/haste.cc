@@ -72,9 +72,9 @@ double HasteWatch::UsualPress(uint32_t island) {
   MostPress press(h_ * (pull > 0 ? pull : ContactBuffer::kUsualPull));
   // Not with how it moves: what a jam has thrown would be fast enough for any press.
   for (const EntityRow row : islands_.RowsOf(island)) {
-    press.Add(scene_.entities[Index(row)]->mass.mass, Vector3::Zero(), 0);
+    press.AddWeight(scene_.entities[Index(row)]->mass.mass);
   }
-  for (const uint32_t i : islands_.JointRowsOf(island)) press.Add(rows_[i]);
+  for (const uint32_t i : islands_.JointRowsOf(island)) press.AddDrive(rows_[i]);
   return presses_[island] = press.usual();
 }
 
