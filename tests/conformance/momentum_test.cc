@@ -1,9 +1,10 @@
-// What bodies on smooth ground pass on to each other: along the ground nobody else gives them anything, whoever is hit
-// and whenever, so that momentum is known whatever comes of it.
+// What bodies on smooth ground, or in space, pass on to each other: along the ground nobody else gives them anything,
+// whoever is hit and whenever, so that momentum is known whatever comes of it.
 #include <cmath>
 
 #include "conformance/engine_test.h"
 #include "support/energy.h"
+#include "support/joints.h"
 #include "support/random.h"
 
 namespace genphys::testing {
@@ -124,6 +125,89 @@ TEST_P(Momentum, GrowsByWhatPushesARowAndByWhatHitsIt) {
       along += force * world->scene().world.stepper.step_size;
       ASSERT_NEAR(MomentumOf(*world).x(), along, kLost * std::abs(along) + kLost * mass * speed) << step;
     }
+  }
+}
+
+// Boxes in space that are thrown at each other, and stay together or not.
+std::unique_ptr<World> CloudOf(const std::string& engine, int rate, int count, double restitution, uint64_t seed) {
+  Random random(seed);
+  auto world = MakeSpace(engine, {.step_size = 1.0 / rate}, Vector3::Zero());
+  Require(*world, Feature::kContacts);
+  for (int i = 0; i < count; ++i) {
+    const Vector3 place(0.9 * (i % 4), 0.9 * (i / 4 % 2), 0.9 * (i / 8));
+    const Vector3 middle = 0.45 * Vector3(std::min(count, 4) - 1, count > 4, count > 8);
+    const Vector3 half_extents(random.Uniform(0.1, 0.4), random.Uniform(0.1, 0.4), random.Uniform(0.1, 0.4));
+    EntityDesc box = Body(Box{half_extents}, place - middle, random.Uniform(0.5, 3));
+    box.rigid_body->geometries[0].material.restitution = restitution;
+    box.rigid_body->linear_velocity = 1.5 * (middle - place) + random.Vector(count > 4 ? 1 : 0.2);
+    box.rigid_body->angular_velocity = random.Vector(3);
+    Add(*world, box);
+  }
+  return world;
+}
+
+struct Turning {
+  double most = 0;  // by which the angular momentum was ever seen to change, as a part of what there is
+  double last = 0;  // at the end
+};
+
+Turning ChangeIn(World& world, int steps) {
+  double all = 0;
+  for (const auto& entity : world.scene().entities) {
+    if (!entity) continue;
+    const uint32_t row = entity->id.index();
+    const Vector3 place = world.state().positions.col(row), velocity = world.state().linear_velocities.col(row);
+    all += entity->mass.mass * place.norm() * velocity.norm();
+  }
+  const Vector3 before = AngularMomentumOf(world);
+  Turning change;
+  for (int i = 0; i < steps; ++i) {
+    Steps(world, 1);
+    change.last = (AngularMomentumOf(world) - before).norm() / all;
+    change.most = std::max(change.most, change.last);
+  }
+  return change;
+}
+
+// They owe each other something at every boundary, and overlap a little, which is made up for.
+TEST_P(Momentum, OfTurningStaysInTwoThatMeetInSpace) {
+  for (const int rate : {60, 240}) {
+    for (const double restitution : {0.0, 0.1, 0.5}) {
+      for (uint64_t seed = 1; seed <= 12; ++seed) {
+        SCOPED_TRACE(::testing::Message() << rate << " steps/s, e = " << restitution << ", seed " << seed);
+        const Turning change = ChangeIn(*CloudOf(GetParam(), rate, 2, restitution, seed), 2 * rate);
+        EXPECT_LE(change.most, 1e-6);
+        EXPECT_LE(change.last, 1e-10);
+      }
+    }
+  }
+}
+
+// Blows that come one after the other within a substep are taken to where each of them was: to first order only.
+TEST_P(Momentum, OfTurningStaysInCrowdsThatMeetInSpace) {
+  for (const int rate : {60, 240}) {
+    for (const double restitution : {0.0, 0.1, 0.5}) {
+      for (uint64_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE(::testing::Message() << rate << " steps/s, e = " << restitution << ", seed " << seed);
+        EXPECT_LE(ChangeIn(*CloudOf(GetParam(), rate, 16, restitution, seed), 2 * rate).most, 0.02 / rate);
+      }
+    }
+  }
+}
+
+TEST_P(Momentum, OfTurningIsNotGivenToSmoothBallsThatMeetInSpace) {
+  Random random(1);
+  const auto world = MakeSpace(GetParam(), {.step_size = 1.0 / 60}, Vector3::Zero());
+  Require(*world, Feature::kContacts);
+  std::vector<EntityId> balls;
+  for (int i = 0; i < 16; ++i) {
+    const Vector3 place = Vector3(0.5 * (i % 4), 0.5 * (i / 4 % 2), 0.5 * (i / 8)) - Vector3(0.75, 0.25, 0.25);
+    EntityDesc ball = Smooth(Ball(place, random.Uniform(0.1, 0.28), random.Uniform(0.5, 3)));
+    balls.push_back(Add(*world, Thrown(ball, random.Vector(0.5) - place)));
+  }
+  for (int step = 0; step < 120; ++step) {
+    Steps(*world, 1);
+    for (const EntityId ball : balls) ASSERT_LE(SpinOf(*world, ball).norm(), 1e-12) << step;
   }
 }
 

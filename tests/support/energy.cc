@@ -23,4 +23,18 @@ Vector3 MomentumOf(const World& world) {
   return momentum;
 }
 
+Vector3 AngularMomentumOf(const World& world) {
+  Vector3 momentum = Vector3::Zero();
+  for (const auto& entity : world.scene().entities) {
+    if (!entity) continue;
+    const EntityRow row{entity->id.index()};
+    const Pose pose = world.state().pose(row);
+    const Vector3 velocity = world.state().linear_velocities.col(Index(row));
+    const Vector3 spin = pose.orientation.conjugate() * Vector3(world.state().angular_velocities.col(Index(row)));
+    momentum += entity->mass.mass * pose.Transform(entity->mass.center_of_mass).cross(velocity);
+    momentum += pose.orientation * (entity->mass.tensor * spin);
+  }
+  return momentum;
+}
+
 }  // namespace genphys::testing

@@ -167,14 +167,36 @@ void StepRun::ShareImpulses(double h) {
   ContactBuffer& contacts = world_.contacts_;
   for (ContactPair& pair : contacts.pairs) {
     pair.owed = kOwed;
-    if (pair.is_sensor || pair.interval == h) continue;
-    NoteUneven(pair, h);
-    const double scale = ImpulseScale(std::exchange(pair.interval, h), h);
-    for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
-      contacts.points[i].normal_impulse *= scale;
-      contacts.points[i].friction_impulse *= scale;
+    if (pair.is_sensor) continue;
+    if (pair.interval != h) {
+      NoteUneven(pair, h);
+      const double scale = ImpulseScale(std::exchange(pair.interval, h), h);
+      for (uint32_t i = pair.first_point; i < pair.first_point + pair.point_count; ++i) {
+        contacts.points[i].normal_impulse *= scale;
+        contacts.points[i].friction_impulse *= scale;
+      }
     }
+    NoteLever(pair, h);
   }
+}
+
+// What two that move owe each other they pay at one point, or what turns them would come or go: where they touched,
+// taken along more by the lighter one. What each of them was given turns it as if its own centre took that along.
+void StepRun::NoteLever(const ContactPair& pair, double h) {
+  // Joints would have to pass it on, and smooth ones cannot turn each other.
+  const auto is_free = [this](EntityRow row) { return IsMoved(row) && !scratch_.jointed[row]; };
+  if (pair.material.friction == 0 || !is_free(pair.entity_a) || !is_free(pair.entity_b)) return;
+  Vector3 impulse = Vector3::Zero();
+  for (const ContactPoint& point : PointsOf(world_.contacts_, pair)) {
+    impulse += point.normal_impulse * point.normal + point.friction_impulse;
+  }
+  if (impulse.isZero(0)) return;
+  const Vector3 parted =
+      h * (state_.linear_velocities.col(Index(pair.entity_b)) - state_.linear_velocities.col(Index(pair.entity_a)));
+  const double mass_a = MassOf(pair.entity_a), mass_b = MassOf(pair.entity_b);
+  const Vector3 more = kOwed / (mass_a + mass_b) * impulse.cross(parted);
+  scratch_.uneven[pair.entity_a].torque += mass_a * more;
+  scratch_.uneven[pair.entity_b].torque += mass_b * more;
 }
 
 // What the pair owes to the one that was given it for a longer time, beyond what it would owe if it had got it all the

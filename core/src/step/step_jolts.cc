@@ -47,8 +47,6 @@ class StepRun::Jolts {
     bool was_held = false;              // in the solve before
   };
 
-  double MassOf(EntityRow row) const { return run_.world_.scene_.entities[Index(row)]->mass.mass; }
-
   // Who hangs together, and what contacts owe to each of them.
   void Gather() {
     const size_t count = run_.movers_.size() + 1;
@@ -166,7 +164,7 @@ class StepRun::Jolts {
   void Carry(size_t number) {
     const EntityRow row = run_.movers_[number - 1].row;
     const Owed& owed = owed_[number];
-    const double mass = MassOf(row);
+    const double mass = run_.MassOf(row);
     // Contacts are not all that holds it.
     if (IsOtherwiseHeld(row)) return;
     const Vector3 seemed = owed.seemed / mass;

@@ -37,6 +37,7 @@ class StepRun {
   class Misdrawn;
   class Rolls;
   struct Rubbed;
+  class Spread;
   class Stops;
   class Turns;
 
@@ -69,6 +70,7 @@ class StepRun {
   void StartMover(EntityRow row, Mover& mover);
   bool IsDynamic(EntityRow row) const;
   bool IsMoved(EntityRow row) const { return world_.active_[Index(row)] && IsDynamic(row); }
+  double MassOf(EntityRow row) const { return world_.scene_.entities[Index(row)]->mass.mass; }  // kg
   bool Fits(EntityRow row) const;
   void Retire(std::span<const EntityRow> strays);
   // Of those whose marks are set, if there are marks.
@@ -158,6 +160,9 @@ class StepRun {
   // What is owed after blows within contacts (step_jolts.cc).
   void ShareJolts(double h);
 
+  // What pushes out of overlaps would give to turning (step_spread.cc).
+  void SlowSpread(double h);
+
   // Contacts (step_contacts.cc).
   Vector3 CenterOf(EntityRow row) const;
   Vector3 VelocityAt(EntityRow row, const Vector3& center, const Vector3& point) const;
@@ -170,6 +175,7 @@ class StepRun {
   double IntervalOf(const ContactPair& pair, double h) const;
   void ShareImpulses(double h);
   void NoteUneven(const ContactPair& pair, double h);
+  void NoteLever(const ContactPair& pair, double h);
   // What met in the substep just done, or what a command made meet before the first one: at first in pairs of `among`
   // alone, unless it is null.
   void ResolveImpacts(double h, double elapsed, bool after_move, const RowMarks* among);

@@ -312,6 +312,7 @@ void StepRun::Substep(double h, double elapsed) {
   is_anybody_jolted_ = false;
   for (Mover& mover : movers_) EndMover(mover, h);
   ShareJolts(h);
+  SlowSpread(h);
   ShiftTurned();
   LeaveLimits(h);
   locked_.DropVelocities();
