@@ -195,6 +195,19 @@ TEST_P(Momentum, OfTurningStaysInCrowdsThatMeetInSpace) {
   }
 }
 
+// Who was hit where he is, and is taken back from there for another blow, still has what holds him meanwhile.
+TEST_P(Momentum, StaysInCrowdsThatMeetInSpace) {
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    const auto world = CloudOf(GetParam(), 60, 16, 0, seed);
+    const Vector3 before = MomentumOf(*world);
+    for (int step = 0; step < 45; ++step) {
+      Steps(*world, 1);
+      ASSERT_LE((MomentumOf(*world) - before).norm(), kLost) << step;
+    }
+  }
+}
+
 TEST_P(Momentum, OfTurningIsNotGivenToSmoothBallsThatMeetInSpace) {
   Random random(1);
   const auto world = MakeSpace(GetParam(), {.step_size = 1.0 / 60}, Vector3::Zero());

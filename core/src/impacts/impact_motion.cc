@@ -46,6 +46,7 @@ ImpactMotion ImpactMotion::Along(const Pose& start, double time, const Pose& pos
                                  const Vector3& acceleration, const Vector3& torque) {
   ImpactMotion motion = Free(pose, mass, linear_velocity, angular_velocity, acceleration);
   motion.is_led_ = true;
+  motion.is_pushed_on_ = false;
   if (!(time > 0)) return motion;
   motion.torque_ = torque;
   const Vector3 way = pose.Transform(mass.center_of_mass) - start.Transform(mass.center_of_mass);
@@ -115,7 +116,7 @@ StruckBody ImpactMotion::BodyBefore(double time) const {
 
 StruckBody ImpactMotion::Coast(const StruckBody& struck, double time) const {
   StruckBody body = struck;
-  if (!is_led_) body.linear_velocity += time * acceleration_;
+  if (is_pushed_on_) body.linear_velocity += time * acceleration_;
   return body;
 }
 

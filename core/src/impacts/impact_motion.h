@@ -17,8 +17,8 @@ class ImpactMotion {
                            const Vector3& angular_velocity, const Vector3& acceleration);
 
   /// A body that was at `start` (pose of the entity's frame) `time` seconds ago, and got constant `acceleration`
-  /// (m/s^2) and `torque` (N*m) since. What of its way its velocities do not explain was making up for errors. Nothing
-  /// pushes it from here on.
+  /// (m/s^2) and `torque` (N*m) since. What of its way its velocities do not explain was making up for errors. Whoever
+  /// it is for adds what pushes it from a blow on, unless it `GoesOnPushed`.
   static ImpactMotion Along(const Pose& start, double time, const Pose& pose, const MassProperties& mass,
                             const Vector3& linear_velocity, const Vector3& angular_velocity,
                             const Vector3& acceleration, const Vector3& torque);
@@ -30,6 +30,8 @@ class ImpactMotion {
   /// How far (m) in the last `time` seconds a point that is no more than `reach` (m) from there may leave the straight
   /// line between where it is when they begin and when they end; infinite where that cannot be told.
   double BowMax(double time, double reach) const;
+  /// What sped it up does so after a blow as well.
+  void GoesOnPushed() { is_pushed_on_ = true; }
   /// From now on it works poses out from where it was `time` before the end: those near to that cost less then.
   void GoFrom(double time);
   /// How the body moved there.
@@ -43,7 +45,7 @@ class ImpactMotion {
   const Pose& pose() const { return pose_; }
   const Vector3& linear_velocity() const { return linear_velocity_; }
   Vector3 angular_velocity() const;
-  /// `struck` moved on for `time` with its acceleration, unless joints lead it: velocities only, kg*m^2/s kept.
+  /// `struck` moved on for `time` with what goes on to speed it up: velocities only, kg*m^2/s kept.
   StruckBody Coast(const StruckBody& struck, double time) const;
 
  private:
@@ -60,6 +62,7 @@ class ImpactMotion {
   Vector3 torque_ = Vector3::Zero();
   // It came to its pose by these velocities at the end, m/s and rad/s, and this, rad/s^2, and not as its own say.
   bool is_led_ = false;
+  bool is_pushed_on_ = true;
   Vector3 way_ = Vector3::Zero();
   Vector3 turn_ = Vector3::Zero();
   Vector3 turning_ = Vector3::Zero();

@@ -116,8 +116,10 @@ ImpactMotion ImpactPast::MotionOf(EntityRow entity) const {
   if (world_.jointed[entity] || world_.shoved[entity]) {
     const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
     if (way != ways_.end() && way->row == entity) {
-      return ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, way->acceleration,
-                                 way->torque);
+      ImpactMotion along = ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular,
+                                               way->acceleration, way->torque);
+      if (!world_.jointed[entity]) along.GoesOnPushed();
+      return along;
     }
   }
   return ImpactMotion::Free(pose, scene_entity.mass, linear, angular, PullOn(entity));
