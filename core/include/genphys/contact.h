@@ -65,6 +65,13 @@ struct ContactPair {
   uint32_t point_count = 0;
 };
 
+/// What the last solve left of a point of which a buffer tells how it goes on from there instead.
+struct SolvedPoint {
+  uint32_t point = 0;                          // in ContactBuffer::points
+  Vector3 friction_impulse = Vector3::Zero();  // as in ContactPoint
+  Vector3 relative_velocity = Vector3::Zero();
+};
+
 /// By what to multiply an impulse that held something for `before` s, to hold it for `now` s.
 inline double ImpulseScale(double before, double now) { return before > 0 ? now / before : 1; }
 
@@ -72,6 +79,9 @@ inline double ImpulseScale(double before, double now) { return before > 0 ? now 
 struct ContactBuffer {
   std::vector<ContactPair> pairs;
   std::vector<ContactPoint> points;
+  /// Ascending; of those that turned within the substep. Who tells of the last solve shows these, who solves goes on
+  /// from `points`.
+  std::vector<SolvedPoint> turned;
   double pull = kUsualPull;  // m/s^2, of gravity: by it solvers tell what slips slowly
 
   static constexpr double kUsualPull = 9.81;  // of the Earth, also where nothing pulls
@@ -79,6 +89,7 @@ struct ContactBuffer {
   void Clear() {
     pairs.clear();
     points.clear();
+    turned.clear();
   }
 };
 

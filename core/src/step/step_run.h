@@ -214,6 +214,7 @@ class StepRun {
   void GiveTurns();
   void KickTurned(const FrictionTurn& turn, EntityRow row);
   void TakeTurns(double h);
+  void NoteTurned();
   void KeepTurns();
   void ShiftTurned();
 

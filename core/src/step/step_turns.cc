@@ -246,6 +246,25 @@ void StepRun::TakeTurns(double h) {
   }
 }
 
+// What this solve did at the points of which only that is kept from here on with which they go on.
+void StepRun::NoteTurned() {
+  ContactBuffer& contacts = world_.contacts_;
+  std::vector<uint32_t> numbers;
+  for (const FrictionTurn& turn : scratch_.turns) numbers.push_back(turn.point);
+  for (const RollTurn& turn : scratch_.rolls) {
+    const ContactPair& pair = contacts.pairs[turn.pair];
+    for (uint32_t i = 0; i < pair.point_count; ++i) numbers.push_back(pair.first_point + i);
+  }
+  std::ranges::sort(numbers);
+  const auto twice = std::ranges::unique(numbers);
+  numbers.erase(twice.begin(), twice.end());
+  contacts.turned.clear();
+  for (const uint32_t number : numbers) {
+    const ContactPoint& point = contacts.points[number];
+    contacts.turned.push_back({number, point.friction_impulse, point.relative_velocity});
+  }
+}
+
 // As it goes on from there.
 void StepRun::KeepTurns() {
   for (const FrictionTurn& turn : scratch_.turns) {

@@ -35,9 +35,7 @@ void StepTouches::Collect(const ContactBuffer& contacts, const ContactPair& pair
   if (points.empty()) points.reserve(found.size());
   for (const ContactPoint& p : found) {
     if (p.depth < kTouchingDepth && !(p.normal_impulse > 0)) continue;
-    points.push_back({p.position, p.normal, p.depth, p.normal_impulse, p.friction_impulse, p.relative_velocity,
-                      pair.material.friction, pair.material.restitution, rule_.info(pair.geometry_a).geometry_id,
-                      rule_.info(pair.geometry_b).geometry_id});
+    points.push_back(EventPointOf(rule_, pair, p));
   }
 }
 

@@ -1,12 +1,14 @@
 // What a batch of commands leaves to be done once for all of them. Each of many would otherwise look by itself through
 // all that the world has of something: what touches, what is asleep, forces and fields. A step leaves some too.
 #include <algorithm>
+#include <span>
 #include <utility>
 #include <variant>
 
 #include "genphys/backend.h"
 #include "genphys/bounds.h"
 #include "genphys/world.h"
+#include "pairs/contact_points.h"
 #include "pairs/near_pairs.h"
 #include "pairs/sleeper_tree.h"
 #include "step/sleeping.h"
@@ -185,9 +187,14 @@ void World::DropSolved() {
   ContactBuffer kept;
   for (ContactPair pair : solved_.pairs) {
     if (is_gone(pair.entity_a) || is_gone(pair.entity_b)) continue;
-    const auto first = solved_.points.begin() + pair.first_point;
-    pair.first_point = static_cast<uint32_t>(kept.points.size());
-    kept.points.insert(kept.points.end(), first, first + pair.point_count);
+    const std::span<const ContactPoint> points = PointsOf(solved_, pair);
+    const auto first = static_cast<uint32_t>(kept.points.size());
+    kept.points.insert(kept.points.end(), points.begin(), points.end());
+    for (SolvedPoint turned : TurnedOf(solved_, pair)) {
+      turned.point += first - pair.first_point;
+      kept.turned.push_back(turned);
+    }
+    pair.first_point = first;
     kept.pairs.push_back(pair);
   }
   solved_ = std::move(kept);

@@ -252,17 +252,11 @@ Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
 
 std::vector<EventContactPoint> World::SolvedPointsOf(const ContactPair& pair) const {
   std::vector<EventContactPoint> points;
-  for (const ContactPoint& point : PointsOf(solved_, pair)) {
-    points.push_back({.position = point.position,
-                      .normal = point.normal,
-                      .depth = point.depth,
-                      .normal_impulse = point.normal_impulse,
-                      .friction_impulse = point.friction_impulse,
-                      .relative_velocity = point.relative_velocity,
-                      .friction = point.friction,
-                      .restitution = pair.material.restitution,
-                      .geometry_a = rule_.info(pair.geometry_a).geometry_id,
-                      .geometry_b = rule_.info(pair.geometry_b).geometry_id});
+  for (const ContactPoint& point : PointsOf(solved_, pair)) points.push_back(EventPointOf(rule_, pair, point));
+  for (const SolvedPoint& turned : TurnedOf(solved_, pair)) {
+    EventContactPoint& point = points[turned.point - pair.first_point];
+    point.friction_impulse = turned.friction_impulse;
+    point.relative_velocity = turned.relative_velocity;
   }
   return points;
 }

@@ -320,6 +320,7 @@ void StepRun::Substep(double h, double elapsed) {
   world_.layer_.last_substep = h;
   RetireStrays();
   touches_.AddSolved(world_.contacts_);
+  NoteTurned();
   KeepTurns();
   KeepRolls();
   undo_.KeepSolved();  // nothing between the solve and this can be over the budget
