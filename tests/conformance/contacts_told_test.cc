@@ -1,9 +1,12 @@
 // What is told of the contacts of an entity is how the last substep had them, and not how the next one goes on.
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <vector>
 
 #include "conformance/engine_test.h"
+#include "genphys/work_watch.h"
 
 namespace genphys::testing {
 namespace {
@@ -89,6 +92,39 @@ TEST_P(ContactsTold, OfWhatTurnsBackAreThoseOfItsLastSubstep) {
   Proves({Claim::kContactEvents, Claim::kContactImpulses});
   ExpectAsTheEventsTell(GetParam(), {.friction = 0.2, .kinetic_friction = 0.15}, Box{{0.3, 0.2, 0.05}}, 0.05);
   ExpectAsTheEventsTell(GetParam(), {.friction = 0.8, .rolling_friction = 0.01}, Sphere{0.2}, 0.2);
+}
+
+TEST_P(ContactsTold, OfAFloorUnderManyAreFoundInAboutTheTimeOfEach) {
+  const auto time_of = [&](int across) {
+    const auto world = MakeWorld();
+    std::vector<Command> commands;
+    const EntityId floor = Add(*world, Block({0, 0, -0.5}, {200, 200, 0.5}));
+    for (int i = 0; i < across * across; ++i) {
+      commands.push_back(CreateEntity{Ball({1.5 * (i % across), 1.5 * (i / across), 0.5})});
+    }
+    EXPECT_TRUE(world->Apply(commands).ok());
+    Steps(*world, 2);
+    auto least = std::chrono::steady_clock::duration::max();
+    for (int i = 0; i < 3; ++i) {
+      const auto begin = std::chrono::steady_clock::now();
+      EXPECT_EQ(world->ContactsOf(floor)->size(), commands.size());
+      least = std::min(least, std::chrono::steady_clock::now() - begin);
+    }
+    return least / (across * across);
+  };
+  const auto usual = time_of(15);
+  EXPECT_LT(time_of(75), 6 * usual);
+}
+
+TEST_P(ContactsTold, OfAFloorUnderManyCanBeCutShort) {
+  const auto world = MakeWorld();
+  const EntityId floor = Add(*world, Block({0, 0, -0.5}, {20, 20, 0.5}));
+  for (int i = 0; i < 5; ++i) Add(*world, Ball({1.5 * i, 0, 0.5}));
+  Steps(*world, 2);
+  ASSERT_EQ(world->ContactsOf(floor)->size(), 5u);
+  int asked = 0;
+  const WorkWatch watch([&] { return ++asked == 4 ? absl::CancelledError("enough") : absl::OkStatus(); }, 1);
+  EXPECT_THROW(static_cast<void>(world->ContactsOf(floor)), CutShort);
 }
 
 }  // namespace

@@ -37,6 +37,9 @@ Status CheckCount(size_t results, std::string_view field) {
 // Of a WorkWatch, which is asked after about a hundred rays, or ten shapes.
 constexpr int64_t kRayWork = WorkWatch::kUsualSpell / 100;
 constexpr int64_t kShapeWork = WorkWatch::kUsualSpell / 10;
+// Of the same: for a geometry that one of them comes upon, and for somebody who touches whom is asked about.
+constexpr int64_t kGeometryWork = 64;
+constexpr int64_t kTouchWork = 256;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -64,6 +67,7 @@ Status World::CheckShapeQuery(const Shape& shape, std::span<const Pose> poses) c
 std::vector<GeometryRow> World::RowsIn(const Bounds& bounds, uint64_t collides_with_bits) {
   std::vector<GeometryRow> rows;
   near_->VisitBounds(bounds, [&](GeometryRow row) {
+    WorkWatch::Spend(kGeometryWork);
     if (rule_.SeenByRay(row, collides_with_bits)) rows.push_back(row);
   });
   std::sort(rows.begin(), rows.end(), [&](GeometryRow a, GeometryRow b) { return rule_.Before(a, b); });
@@ -93,6 +97,7 @@ RayHit World::CastRay(const Ray& ray, uint64_t collides_with_bits) const {
   RayHit best;
   best.fraction = 1;
   near_->VisitRay(ray, best.fraction, [&](GeometryRow row) {
+    WorkWatch::Spend(kGeometryWork);
     if (!rule_.SeenByRay(row, collides_with_bits)) return;
     const auto [geometry, placement] = Placed(row);
     const auto hit =
@@ -116,6 +121,7 @@ Result<std::vector<std::vector<RayEntry>>> World::CastRaysThrough(std::span<cons
   for (size_t i = 0; i < rays.size(); ++i) {
     WorkWatch::Spend(kRayWork);
     near_->VisitRay(rays[i], whole, [&](GeometryRow row) {
+      WorkWatch::Spend(kGeometryWork);
       if (!rule_.SeenByRay(row, collides_with_bits)) return;
       const auto [geometry, placement] = Placed(row);
       const Ray local{placement.ToLocal(rays[i].origin), placement.rotation.transpose() * rays[i].translation};
@@ -146,6 +152,7 @@ Result<std::vector<ShapeCastHit>> World::CastShape(const Shape& shape, std::span
     const Bounds start = BoundsOf(shape, placement);
     const Bounds end{start.min + translations[i], start.max + translations[i]};
     for (const GeometryRow row : RowsIn(start.Union(end), collides_with_bits)) {
+      WorkWatch::Spend(kGeometryWork);
       const auto [geometry, there] = Placed(row);
       const std::optional<ShapeHit> hit = SweepShape(shape, placement, translations[i], geometry->shape, there);
       if (!hit || (!hits[i].hit.entity.is_null() && hit->fraction >= hits[i].fraction)) continue;
@@ -182,6 +189,7 @@ ClosestPoints World::ClosestTo(const Shape& shape, const Placement& placement, d
   std::optional<GeometryRow> best;
   double within = distance_max;
   near_->VisitNearest(BoundsOf(shape, placement), within, [&](GeometryRow row) {
+    WorkWatch::Spend(kGeometryWork);
     if (!rule_.SeenByRay(row, collides_with_bits)) return;
     const auto [geometry, there] = Placed(row);
     // What is as near as the best must be found to be told from it.
@@ -220,6 +228,7 @@ Result<std::vector<ClosestPoints>> World::MeasureDistances(std::span<const Entit
     for (const GeometryRow row : geometry_rows_[from[i].index()]) {
       const auto [geometry, placement] = Placed(row);
       for (const GeometryRow other_row : geometry_rows_[to[i].index()]) {
+        WorkWatch::Spend(kGeometryWork);
         const auto [other, there] = Placed(other_row);
         const std::optional<Proximity> near = FindProximity(other->shape, there, geometry->shape, placement);
         ClosestPoints& best = distances[i];
@@ -236,6 +245,7 @@ Result<std::vector<EntityContact>> World::ContactsOf(EntityId id) const {
   std::vector<EntityContact> contacts;
   const auto add = [&](const TouchingPair& touching) {
     if (touching.pair.a != id && touching.pair.b != id) return;
+    WorkWatch::Spend(kTouchWork);
     EntityContact contact{touching.pair.a == id ? touching.pair.b : touching.pair.a, touching.is_sensor, {}};
     AddSolvedPoints(touching.pair, contact.points);
     if (contact.points.empty()) AddLastPoints(touching.pair, contact.points);
@@ -262,8 +272,10 @@ std::vector<EventContactPoint> World::SolvedPointsOf(const ContactPair& pair) co
 }
 
 void World::AddSolvedPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const {
-  for (const ContactPair& pair : solved_.pairs) {
-    if (state_.ids[Index(pair.entity_a)] != entities.a || state_.ids[Index(pair.entity_b)] != entities.b) continue;
+  const auto ids = [&](const ContactPair& pair) {
+    return EntityPair{state_.ids[Index(pair.entity_a)], state_.ids[Index(pair.entity_b)]};
+  };
+  for (const ContactPair& pair : std::ranges::equal_range(solved_.pairs, entities, {}, ids)) {
     const std::vector<EventContactPoint> solved = SolvedPointsOf(pair);
     points.insert(points.end(), solved.begin(), solved.end());
   }
@@ -271,8 +283,9 @@ void World::AddSolvedPoints(const EntityPair& entities, std::vector<EventContact
 
 void World::AddLastPoints(const EntityPair& entities, std::vector<EventContactPoint>& points) const {
   for (const auto& [sleeper, other] : {std::pair(entities.a, entities.b), std::pair(entities.b, entities.a)}) {
-    for (const LastTouch& touch : layer_.last_touches[sleeper.index()]) {
-      if (touch.other != other) continue;
+    // They were remembered in the order of the pairs that were solved, and that is the order of the others.
+    const std::vector<LastTouch>& touches = layer_.last_touches[sleeper.index()];
+    for (const LastTouch& touch : std::ranges::equal_range(touches, other, {}, &LastTouch::other)) {
       points.insert(points.end(), touch.points.begin(), touch.points.end());
     }
     if (!points.empty()) return;
