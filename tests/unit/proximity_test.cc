@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "genphys/surface.h"
+#include "genphys/work_watch.h"
 #include "support/shapes.h"
 
 namespace genphys {
@@ -14,6 +17,7 @@ using namespace testing;
 
 // m, of solids about a metre large: what is promised of distances and of where a sweep ends.
 constexpr double kExact = 1e-9;
+constexpr double kFar = 1e9;
 
 Placement At(double x, double y, double z, const Quaternion& turn = Quaternion::Identity()) {
   return {{x, y, z}, turn.toRotationMatrix()};
@@ -58,6 +62,67 @@ TEST(Proximity, IsNegativeByTheDepthOfAnOverlap) {
 std::vector<Shape> Movers() {
   return {Sphere{0.5},    Box{{0.5, 0.4, 0.3}},       Capsule{0.3, 0.4},       Cylinder{0.4, 0.5},
           Cone{0.5, 0.6}, Ellipsoid{{0.6, 0.4, 0.5}}, HullBox({0.4, 0.3, 0.5})};
+}
+
+TEST(Proximity, ToASurfaceIsThatToTheNearestOfItsTriangles) {
+  const auto bumpy = [](double x, double y) { return 0.3 * std::sin(3 * x) * std::cos(2 * y); };
+  const TriangleMesh mesh = GroundMesh(2, 8, bumpy);
+  const Heightfield field = Ground(9, 0.5, bumpy);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-3, 3);
+  for (const Shape& shape : Movers()) {
+    for (int i = 0; i < 20; ++i) {
+      const Placement there = At(place(random), place(random), 2.5 + place(random) / 3);
+      double least = kFar;
+      for (const MeshData::Triangle& t : mesh.data->triangles) {
+        const auto& vertices = mesh.data->vertices;
+        const Shape one = MakeTriangleMesh({vertices[t[0]], vertices[t[1]], vertices[t[2]]}, {0, 1, 2}).value();
+        least = std::min(least, FindProximity(one, At(0, 0, 0), shape, there)->distance);
+      }
+      for (const Shape& surface : {Shape(mesh), Shape(field)}) {
+        EXPECT_NEAR(FindProximity(surface, At(0, 0, 0), shape, there)->distance, least, kExact);
+        EXPECT_NEAR(FindProximity(shape, there, surface, At(0, 0, 0))->distance, least, kExact);
+        EXPECT_FALSE(FindProximity(surface, At(0, 0, 0), shape, there, least - kExact));
+        EXPECT_TRUE(FindProximity(surface, At(0, 0, 0), shape, there, least + kExact));
+      }
+    }
+  }
+}
+
+// How often a search of the distance told that it worked.
+int LooksOf(const Shape& a, const Shape& b, const Placement& placement_b) {
+  int looks = 0;
+  const WorkWatch watch([&] { return ++looks, absl::OkStatus(); }, 1);
+  FindProximity(a, At(0, 0, 0), b, placement_b);
+  return looks;
+}
+
+TEST(Proximity, ToALargeSurfaceTakesAFewLooks) {
+  for (const bool is_flat : {true, false}) {
+    const auto height = [&](double x, double y) { return is_flat ? 0.0 : std::sin(3 * x) * std::cos(2 * y); };
+    const Heightfield field = Ground(257, 1, height);
+    const TriangleMesh mesh = GroundMesh(128, 256, height);
+    for (const Shape& surface : {Shape(field), Shape(mesh)}) {
+      EXPECT_LT(LooksOf(surface, Sphere{0.5}, At(3.3, -7.1, 50)), 5000) << "of 131,072 triangles";
+      EXPECT_GT(LooksOf(surface, Sphere{0.5}, At(3.3, -7.1, 50)), 8);
+    }
+    // Above and below each other, and in either order.
+    for (const double above : {50.0, -50.0}) {
+      EXPECT_LT(LooksOf(field, mesh, At(0, 0, above)), 20 * 131'072) << is_flat << ' ' << above;
+    }
+  }
+}
+
+TEST(Proximity, IsCutShortWhereverItIsBeingLookedFor) {
+  const Shape field = Ground(65, 1, [](double x, double y) { return std::sin(3 * x) * std::cos(2 * y); });
+  for (const Shape& other : {Shape(Sphere{0.5}), field}) {
+    const int most = LooksOf(field, other, At(0, 0, 20));
+    for (int last = 1; last < most; last += 1 + most / 50) {
+      int asked = 0;
+      const WorkWatch watch([&] { return ++asked == last ? absl::CancelledError("") : absl::OkStatus(); }, 1);
+      EXPECT_THROW(FindProximity(field, At(0, 0, 0), other, At(0, 0, 20)), CutShort) << last;
+    }
+  }
 }
 
 TEST(Sweep, EndsWhereTheShapesTouchAndNotBefore) {

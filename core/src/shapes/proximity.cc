@@ -15,6 +15,11 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kAdvancesMax = 64;
 // Of the smaller size: a gap that is no more.
 constexpr double kArrived = 1e-10;
+// Of a distance: far more than what the gap between bounds is rounded by. What is as near as the best of another
+// shape must be found, to be told from it.
+constexpr double kRounding = 1e-12;
+// Of a WorkWatch, for a triangle and a solid: how near they are, or where the one meets the other.
+constexpr int64_t kMeetingWork = 256;
 // Length of the sum of the normals of two planes that face each other, up to rounding.
 constexpr double kParallel = 1e-9;
 
@@ -38,16 +43,24 @@ Proximity FromHalfSpace(const Vector3& normal, double level, const Solid& solid)
   return {height, lowest - height * normal, lowest, normal};
 }
 
+// Calls visit(triangle) for those of a surface that may be nearer to `bounds`, in its frame, than `within` m.
+template <typename Visit>
+void VisitNear(const Shape& surface, const Bounds& bounds, const double& within, Visit&& visit) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) VisitNearTriangles(*mesh->data, bounds, within, visit);
+  if (const auto* field = std::get_if<Heightfield>(&surface)) VisitNearTriangles(*field->data, bounds, within, visit);
+}
+
 // The solid's bounds are `bounds`; all in the frame of the surface.
 Proximity FromTriangles(const Shape& surface, const Solid& solid, const Bounds& bounds, double within) {
   Proximity best{.distance = within};
-  const auto test = [&](const Bounds& box) { return box.Overlaps(bounds.Widened(std::max(best.distance, 0.0))); };
-  const auto visit = [&](const SurfaceTriangle& triangle) {
+  double reach = within * (1 + kRounding);
+  VisitNear(surface, bounds, reach, [&](const SurfaceTriangle& triangle) {
+    WorkWatch::Spend(kMeetingWork);
     const Proximity found = BetweenSolids(Solid(triangle), solid);
-    if (found.distance < best.distance) best = found;
-  };
-  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) VisitTriangles(*mesh->data, test, visit);
-  if (const auto* field = std::get_if<Heightfield>(&surface)) VisitTriangles(*field->data, test, visit);
+    if (!(found.distance < best.distance)) return;
+    best = found;
+    reach = found.distance;
+  });
   return best;
 }
 
@@ -63,16 +76,26 @@ Proximity FromSurface(const Shape& surface, const Shape& shape, const Placement&
   return {-deepest.depth, deepest.position + half, deepest.position - half, deepest.normal};
 }
 
+// Of a surface without what lies below it, which belongs to the bounds of the shape.
+Bounds BoundsOfWhatIsThere(const Shape& shape, const Placement& placement) {
+  const auto* field = std::get_if<Heightfield>(&shape);
+  if (field == nullptr) return BoundsOf(shape, placement);
+  const Bounds own = BoundsOf(*field->data);
+  const Vector3 center = placement.Transform(Vector3((own.min + own.max) / 2));
+  const Vector3 half = placement.rotation.cwiseAbs() * (own.max - own.min) / 2;
+  return {center - half, center + half};
+}
+
 // Of the triangles of a surface and anything without bounds or with triangles of its own; in the frame of the surface.
 Proximity FromSurfaceToRest(const Shape& surface, const Shape& other, const Placement& placement, double within) {
   Proximity best{.distance = within};
-  VisitTrianglesIn(surface, BoundsOf(surface, {}), [&](const SurfaceTriangle& triangle) {
+  VisitNear(surface, BoundsOfWhatIsThere(other, placement), best.distance, [&](const SurfaceTriangle& triangle) {
     const Solid solid(triangle);
     if (const auto* plane = std::get_if<Plane>(&other)) {
       const Vector3 normal = placement.rotation * plane->normal;
       const Proximity found = Turned(FromHalfSpace(normal, plane->offset + normal.dot(placement.position), solid));
       if (found.distance < best.distance) best = found;
-      return true;
+      return;
     }
     SurfaceTriangle there = triangle;
     for (Vector3& corner : there.corners) corner = placement.ToLocal(corner);
@@ -83,7 +106,6 @@ Proximity FromSurfaceToRest(const Shape& surface, const Shape& other, const Plac
       best = {found.distance, placement.Transform(found.on_b), placement.Transform(found.on_a),
               placement.rotation * -found.normal};
     }
-    return true;
   });
   return best;
 }
@@ -174,6 +196,7 @@ std::optional<ShapeHit> SweepToSurface(const Shape& shape, const Placement& plac
   std::optional<ShapeHit> best;
   const auto fraction_max = [&] { return best ? best->fraction : 1; };
   const auto test = [&](const Bounds& box) {
+    WorkWatch::Spend(kTriangleWork);
     const Vector3 way = fraction_max() * translation;
     return box.Overlaps(start.Union({start.min + way, start.max + way}));
   };
@@ -181,6 +204,7 @@ std::optional<ShapeHit> SweepToSurface(const Shape& shape, const Placement& plac
     const Vector3 up = triangle.AreaVector();
     const bool is_behind = moving.Reach(up.normalized()) < up.normalized().dot(triangle.corners[0]);
     if (is_behind || !(up.dot(translation) < 0)) return;
+    WorkWatch::Spend(kMeetingWork);
     const auto hit = Sweep(moving, translation, Solid(triangle), fraction_max());
     if (hit && (!best || hit->fraction < best->fraction)) best = hit;
   };

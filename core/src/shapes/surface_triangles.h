@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "genphys/surface.h"
 #include "genphys/work_watch.h"
@@ -50,6 +51,15 @@ Bounds BoundsOf(const HeightfieldData& field, const HeightfieldBlock& block);
 /// The two triangles of a cell.
 std::array<SurfaceTriangle, 2> TrianglesOf(const HeightfieldData& field, uint32_t row, uint32_t column);
 
+/// Calls visit(part) for the parts of a block that are on the field, at most four.
+template <typename Visit>
+void VisitParts(const HeightfieldData& field, const HeightfieldBlock& block, Visit&& visit) {
+  for (const auto& [down, across] : {std::pair{0u, 0u}, {0u, 1u}, {1u, 0u}, {1u, 1u}}) {
+    const HeightfieldBlock part{block.level - 1, 2 * block.row + down, 2 * block.column + across};
+    if (part.row << part.level < field.rows - 1 && part.column << part.level < field.columns - 1) visit(part);
+  }
+}
+
 template <typename Test, typename Visit>
 void VisitTriangles(const HeightfieldData& field, Test&& test, Visit&& visit, const HeightfieldBlock& block) {
   if (!test(BoundsOf(field, block))) return;
@@ -57,16 +67,65 @@ void VisitTriangles(const HeightfieldData& field, Test&& test, Visit&& visit, co
     for (const SurfaceTriangle& triangle : TrianglesOf(field, block.row, block.column)) visit(triangle);
     return;
   }
-  for (const auto& [down, across] : {std::pair{0u, 0u}, {0u, 1u}, {1u, 0u}, {1u, 1u}}) {
-    const HeightfieldBlock part{block.level - 1, 2 * block.row + down, 2 * block.column + across};
-    if (part.row << part.level >= field.rows - 1 || part.column << part.level >= field.columns - 1) continue;
-    VisitTriangles(field, test, visit, part);
-  }
+  VisitParts(field, block, [&](const HeightfieldBlock& part) { VisitTriangles(field, test, visit, part); });
 }
 
 template <typename Test, typename Visit>
 void VisitTriangles(const HeightfieldData& field, Test&& test, Visit&& visit) {
   VisitTriangles(field, test, visit, HeightfieldBlock{field.levels.size() - 1, 0, 0});
+}
+
+/// Whether something in bounds so far apart (m^2) may be nearer than `within` m, or overlap what overlaps already.
+inline bool MayBeNearer(double squared_gap, double within) {
+  return squared_gap == 0 || (within > 0 && squared_gap < within * within);
+}
+
+/// Calls visit(triangle) for the triangles in bounds that MayBeNearer() than `within` to `bounds`, in an order that is
+/// the same each time. The nearer part comes first, and visit() may lower `within`.
+template <typename Visit>
+void VisitNearTriangles(const MeshData& mesh, const Bounds& bounds, const double& within, Visit&& visit,
+                        uint32_t root = 0) {
+  const MeshData::Node& node = mesh.nodes[root];
+  WorkWatch::Spend(kTriangleWork);
+  if (node.count > 0) {
+    for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const MeshData::Triangle& t = mesh.triangles[i];
+      visit(SurfaceTriangle{{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, t, i});
+    }
+    return;
+  }
+  const auto gap_and_part = [&](uint32_t part) { return std::pair(mesh.nodes[part].bounds.SquaredGap(bounds), part); };
+  std::array parts{gap_and_part(root + 1), gap_and_part(node.first)};
+  if (parts[1].first < parts[0].first) std::swap(parts[0], parts[1]);
+  for (const auto& [squared_gap, part] : parts) {
+    if (MayBeNearer(squared_gap, within)) VisitNearTriangles(mesh, bounds, within, visit, part);
+  }
+}
+
+template <typename Visit>
+void VisitNearTriangles(const HeightfieldData& field, const Bounds& bounds, const double& within, Visit&& visit,
+                        const HeightfieldBlock& block) {
+  WorkWatch::Spend(kTriangleWork);
+  if (block.level == 0) {
+    for (const SurfaceTriangle& triangle : TrianglesOf(field, block.row, block.column)) visit(triangle);
+    return;
+  }
+  std::array<std::pair<double, HeightfieldBlock>, 4> parts;
+  size_t count = 0;
+  VisitParts(field, block, [&](const HeightfieldBlock& part) {
+    const double squared_gap = BoundsOf(field, part).SquaredGap(bounds);
+    size_t place = count++;
+    for (; place > 0 && squared_gap < parts[place - 1].first; --place) parts[place] = parts[place - 1];
+    parts[place] = {squared_gap, part};
+  });
+  for (const auto& [squared_gap, part] : std::span(parts).first(count)) {
+    if (MayBeNearer(squared_gap, within)) VisitNearTriangles(field, bounds, within, visit, part);
+  }
+}
+
+template <typename Visit>
+void VisitNearTriangles(const HeightfieldData& field, const Bounds& bounds, const double& within, Visit&& visit) {
+  VisitNearTriangles(field, bounds, within, visit, HeightfieldBlock{field.levels.size() - 1, 0, 0});
 }
 
 /// Calls visit(vertex) for every vertex that shares an edge with vertex `number`.
