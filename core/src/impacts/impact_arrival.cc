@@ -115,7 +115,7 @@ void Impacts::AddContacts() {
     const bool is_member = GroupOf(pair.entity_a) != nullptr || GroupOf(pair.entity_b) != nullptr;
     if (!is_member || pair.is_sensor || IsJolted(pair.entity_a) || IsJolted(pair.entity_b)) continue;
     // What is hit now does not hold it.
-    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end() || IsSupport(pair)) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != nullptr || IsSupport(pair)) continue;
     for (const ContactPoint& point : PointsOf(world_.solved, pair)) {
       const Vector3 impulse = point.normal_impulse * point.normal + point.friction_impulse;
       for (const auto& [side, sign] : {std::pair(pair.entity_a, -1.0), std::pair(pair.entity_b, 1.0)}) {

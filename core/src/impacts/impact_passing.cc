@@ -128,7 +128,7 @@ void Impacts::AddBearers(const Descent& descent) {
     const double time = number >= 0 ? struck_[static_cast<size_t>(number)].time : 0;
     for (const uint32_t i : bearings_.Of(row)) {
       const ContactPair& pair = bearings_[i].pair;
-      if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+      if (CandidateOf(pair.geometry_a, pair.geometry_b) != nullptr) continue;
       const Borne borne = row == pair.entity_a ? Borne::kA : Borne::kB;
       supports_.push_back({.pair = pair, .time = time, .is_held = true, .borne = borne});
     }

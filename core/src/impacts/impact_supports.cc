@@ -52,7 +52,7 @@ void Impacts::AddGround(const ContactBuffer& contacts) {
     if (pair.is_sensor) continue;
     const bool is_a = Bears(contacts, pair, true);
     if (!is_a && !Bears(contacts, pair, false)) continue;
-    if (CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    if (CandidateOf(pair.geometry_a, pair.geometry_b) != nullptr) continue;
     const EntityRow borne = is_a ? pair.entity_a : pair.entity_b, bearer = is_a ? pair.entity_b : pair.entity_a;
     Candidate& support =
         supports_.emplace_back(Candidate{.pair = pair, .time = struck_[NumberOf(borne)].time, .is_held = true});

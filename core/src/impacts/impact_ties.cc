@@ -69,6 +69,7 @@ void Impacts::LeaveHeldToSolves() {
     candidate.time = 0;
     return pair.material.restitution == 0;
   });
+  places_.Forget();
 }
 
 // Adds whom joints hold together with those that are struck.

@@ -87,7 +87,7 @@ void Impacts::FindMissed(const ContactBuffer& contacts) {
     for (const ContactPair& pair : parting_) crowds_.Count(MovableOf(pair));
   }
   for (const ContactPair& pair : parting_) {
-    if (IsCrowded(pair) || CandidateOf(pair.geometry_a, pair.geometry_b) != candidates_.end()) continue;
+    if (IsCrowded(pair) || CandidateOf(pair.geometry_a, pair.geometry_b) != nullptr) continue;
     const double since = past_.FreeSince(pair);
     double depth = 0, speed = 0;
     for (const ContactPoint& point : PointsOf(contacts, pair)) {
@@ -297,16 +297,16 @@ void Impacts::NoteGrazes() {
     if (candidate->time == 0) continue;
     const double closing = -approaches_[i].dot(blows_[i].normal);
     const bool grazes = closing * kLeastProgress * step_size_ <= kGrazeDepth;
-    const auto [a, b] = std::pair(candidate->pair.geometry_a, candidate->pair.geometry_b);
-    const auto known = std::ranges::find_if(
-        grazes_, [&](const Graze& graze) { return graze.geometry_a == a && graze.geometry_b == b; });
+    const uint64_t key = KeyOf(candidate->pair.geometry_a, candidate->pair.geometry_b);
+    const auto known = grazes_.find(key);
     if (!grazes) {
       if (known != grazes_.end()) grazes_.erase(known);
     } else if (known == grazes_.end()) {
-      if (candidate != last) grazes_.push_back({a, b, candidate->time, 1});
+      if (candidate != last) grazes_[key] = {candidate->time, 1};
     } else if (candidate != last) {
-      known->time = std::min(known->time, candidate->time);
-      ++known->count;
+      Graze& graze = known->second;
+      graze.time = std::min(graze.time, candidate->time);
+      ++graze.count;
     }
     last = candidate;
   }
@@ -315,12 +315,11 @@ void Impacts::NoteGrazes() {
 // Those that grazed each other just before do so again a while later.
 void Impacts::PutOff(Candidate& candidate) const {
   if (grazes_.empty() || candidate.time == 0) return;
-  const auto known = std::ranges::find_if(grazes_, [&](const Graze& graze) {
-    return graze.geometry_a == candidate.pair.geometry_a && graze.geometry_b == candidate.pair.geometry_b;
-  });
+  const auto known = grazes_.find(KeyOf(candidate.pair.geometry_a, candidate.pair.geometry_b));
   if (known == grazes_.end()) return;
-  const double part = std::min(std::ldexp(kFirstPutOff, known->count - 1), kLeastProgress);
-  candidate.time = std::min(candidate.time, std::max(known->time - part * step_size_, 0.0));
+  const auto& [time, count] = known->second;
+  const double part = std::min(std::ldexp(kFirstPutOff, count - 1), kLeastProgress);
+  candidate.time = std::min(candidate.time, std::max(time - part * step_size_, 0.0));
 }
 
 // Whether it is one of many hits of a body that stays in touch while it rolls, each of them hardly later than the last

@@ -100,6 +100,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
   waiting_.clear();
   crowds_.Clear();
   std::erase_if(candidates_, [&](const Candidate& candidate) { return is_changed(candidate.pair); });
+  places_.Forget();
   parting_.clear();
   for (const ContactPair& pair : contacts.pairs) {
     if (!is_changed(pair)) continue;
@@ -110,7 +111,7 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
     }
   }
   for (const SweptPair& pair : swept) {
-    const auto known = CandidateOf(pair.geometry_a, pair.geometry_b);
+    Candidate* const known = CandidateOf(pair.geometry_a, pair.geometry_b);
     const ContactPair as_contact{.entity_a = pair.entity_a,
                                  .entity_b = pair.entity_b,
                                  .geometry_a = pair.geometry_a,
@@ -123,19 +124,13 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
                               .is_deep = pair.is_deep,
                               .is_held = IsHeldThrough(as_contact)};
     // Who looked along a way knows when it met something, and points at its end do not.
-    if (known == candidates_.end()) {
+    if (known == nullptr) {
       candidates_.push_back(candidate);
     } else {
       *known = candidate;
     }
   }
   FindMissed(contacts);
-}
-
-std::vector<Impacts::Candidate>::iterator Impacts::CandidateOf(GeometryRow a, GeometryRow b) {
-  return std::ranges::find_if(candidates_, [&](const Candidate& candidate) {
-    return candidate.pair.geometry_a == a && candidate.pair.geometry_b == b;
-  });
 }
 
 // The impact of this pair, if its points say that there was one.
@@ -194,6 +189,7 @@ void Impacts::Time() {
     candidate.is_level = candidate.is_timed && candidate.is_swept && OnlyPassesOver(candidate);
   }
   std::erase_if(candidates_, [](const Candidate& candidate) { return candidate.is_level; });
+  places_.Forget();
   for (Candidate& candidate : candidates_) PutOff(candidate);
 }
 
@@ -243,6 +239,7 @@ void Impacts::KeepEarliest() {
     };
     return key(a) < key(b);
   });
+  places_.Forget();
 }
 
 void Impacts::HoldLocked(EntityRow row, StruckBody& body) const {

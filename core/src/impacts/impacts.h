@@ -2,6 +2,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "impacts/impact_past.h"
 #include "impacts/impact_speed.h"
 #include "impacts/impact_world.h"
+#include "impacts/pair_places.h"
 #include "impacts/ties.h"
 #include "joints/joint_step.h"
 #include "motion/spring_forces.h"
@@ -137,8 +139,6 @@ class Impacts {
   };
   // Of two that hardly closed when they met.
   struct Graze {
-    GeometryRow geometry_a{};
-    GeometryRow geometry_b{};
     double time = 0;  // s before the end, of the last one
     int count = 0;
   };
@@ -165,7 +165,7 @@ class Impacts {
   bool IsCrowded(const ContactPair& pair);
   EntityRow MovableOf(const ContactPair& pair) const;
   void FindMissed(const ContactBuffer& contacts);
-  std::vector<Candidate>::iterator CandidateOf(GeometryRow a, GeometryRow b);
+  Candidate* CandidateOf(GeometryRow a, GeometryRow b) { return places_.Find(candidates_, a, b); }
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsHeldThrough(const ContactPair& pair) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
@@ -261,13 +261,14 @@ class Impacts {
   ImpactPast past_;
   Bearings bearings_;
   std::vector<Candidate> candidates_;
-  std::vector<Candidate> waiting_;    // for earlier ones of their bodies
-  std::vector<ContactPair> parting_;  // overlap, and part at the end
-  Crowds crowds_;                     // of candidates_
-  std::vector<Group> groups_;         // of the candidates
-  std::vector<Candidate> supports_;   // on what those stand that are struck
-  std::vector<Graze> grazes_;
-  std::vector<EntityRow> going_;  // ascending; see FindGoing()
+  PairPlaces places_;                           // of candidates_
+  std::vector<Candidate> waiting_;              // for earlier ones of their bodies
+  std::vector<ContactPair> parting_;            // overlap, and part at the end
+  Crowds crowds_;                               // of candidates_
+  std::vector<Group> groups_;                   // of the candidates
+  std::vector<Candidate> supports_;             // on what those stand that are struck
+  std::unordered_map<uint64_t, Graze> grazes_;  // by KeyOf()
+  std::vector<EntityRow> going_;                // ascending; see FindGoing()
   int solves_ = 0;
   std::vector<Struck> struck_;
   Ties ties_;                       // of struck_

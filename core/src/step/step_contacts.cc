@@ -6,8 +6,10 @@
 #include <span>
 #include <utility>
 
+#include "genphys/work_watch.h"
 #include "motion/free_rotation.h"
 #include "motion/running_surfaces.h"
+#include "pairs/bounds_tree.h"
 #include "pairs/contact_points.h"
 #include "step/step_run.h"
 
@@ -16,6 +18,8 @@ namespace {
 
 // More impacts one after the other than this are left to the next substep.
 constexpr int kWavesMax = 32;
+// Of a WorkWatch, to see whether a way crosses others.
+constexpr int64_t kWayWork = 64;
 // Friction that gave this part of what it can held no more.
 constexpr double kGivenWay = 0.99;
 // m/s: what slips more slowly than this trembles.
@@ -331,15 +335,19 @@ void StepRun::AddCrossing(std::span<const FlownWay> flown, std::vector<FlownWay>
     const auto [start, end] = ends(way);
     return Bounds{start.cwiseMin(end), start.cwiseMax(end)}.Widened(world_.reaches_[Index(way.row)]);
   };
-  std::vector<Bounds> boxes;
-  for (const FlownWay& way : ways) boxes.push_back(around(way));
+  // Where many land in the same substep, as many fly on.
+  BoundsTree boxes;
+  for (uint32_t i = 0; i < ways.size(); ++i) boxes.Insert(around(ways[i]), GeometryRow{i}, BoundsTree::kNoGroup);
+  boxes.Tidy();
   const auto own = static_cast<std::ptrdiff_t>(ways.size());
   for (const FlownWay& way : flown) {
     const auto [start, end] = ends(way);
     if ((end - start).norm() <= ThicknessOf(*world_.scene_.entities[Index(way.row)])) continue;
     if (std::ranges::binary_search(ways.begin(), ways.begin() + own, way.row, {}, &FlownWay::row)) continue;
-    const Bounds box = around(way);
-    if (std::ranges::any_of(boxes, [&](const Bounds& each) { return each.Overlaps(box); })) ways.push_back(way);
+    WorkWatch::Spend(kWayWork);
+    bool crosses = false;
+    boxes.VisitOverlaps(around(way), BoundsTree::kNoGroup, [&](GeometryRow) { crosses = true; });
+    if (crosses) ways.push_back(way);
   }
   std::ranges::inplace_merge(ways, ways.begin() + own, {}, &FlownWay::row);
 }
