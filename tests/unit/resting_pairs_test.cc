@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <map>
+#include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace genphys {
@@ -50,6 +54,44 @@ TEST(RestingPairs, AreKeptAnewWhereOthersWereTaken) {
   EXPECT_EQ(All(pairs), (std::vector<std::string>{"2 and 3", "3 and 4"}));
   EXPECT_EQ(Take(pairs, 4), std::vector<std::string>{"3 and 4"});
   EXPECT_EQ(Take(pairs, 3), std::vector<std::string>{"2 and 3"});
+}
+
+TEST(RestingPairs, AreThoseThatAListWouldHave) {
+  std::mt19937 random(1);
+  std::map<std::string, std::pair<int, int>> list;
+  Pairs pairs;
+  for (int i = 0; i < 2000; ++i) {
+    const int a = static_cast<int>(random() % 9), b = static_cast<int>(random() % 9);
+    if (random() % 3 != 0) {
+      if (a == b) continue;
+      pairs.Put(std::to_string(i), std::vector{a, b});
+      list[std::to_string(i)] = {a, b};
+      continue;
+    }
+    std::vector<std::string> wanted, taken = Take(pairs, a);
+    for (const auto& [name, bodies] : list) {
+      if (bodies.first == a || bodies.second == a) wanted.push_back(name);
+    }
+    for (const std::string& name : wanted) list.erase(name);
+    std::ranges::sort(taken);
+    ASSERT_EQ(taken, wanted) << i;
+  }
+}
+
+// One that may be woken, a kinematic one say, is in one pair with each of those on it.
+TEST(RestingPairs, OfOneFloorAreTakenInAboutTheTimeThatManyFloorsTake) {
+  constexpr int kCount = 40'000;
+  const auto time_of = [](bool is_one_floor) {
+    RestingPairs<int, int> pairs;
+    for (int i = 1; i <= kCount; ++i) pairs.Put(i, std::vector{is_one_floor ? 0 : -i, i});
+    std::vector<int> taken;
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 1; i <= kCount; ++i) pairs.TakeOf(i, taken);
+    EXPECT_EQ(taken.size(), size_t{kCount});
+    return std::chrono::steady_clock::now() - begin;
+  };
+  const auto usual = time_of(false);
+  EXPECT_LT(time_of(true), 8 * usual);
 }
 
 TEST(RestingPairs, AreNotKeptOfWhatNobodyCanWake) {

@@ -14,8 +14,8 @@ namespace genphys {
 template <typename Memory, typename Body>
 class RestingPairs {
  public:
-  /// Keeps what is remembered of a pair. `wakeable` are those of its two bodies that may be woken: the floor has no
-  /// list, which would have to be looked through for each of those on it.
+  /// Keeps what is remembered of a pair. `wakeable` are those of its two bodies that may be woken: a floor that nothing
+  /// moves has no list.
   void Put(Memory memory, std::span<const Body> wakeable) {
     if (wakeable.empty()) return;
     auto slot = static_cast<uint32_t>(slots_.size());
@@ -25,9 +25,13 @@ class RestingPairs {
       slot = free_.back();
       free_.pop_back();
     }
-    slots_[slot].memory = std::move(memory);
-    for (const Body& body : wakeable) slots_[slot].wakeable[slots_[slot].count++] = body;
-    for (const Body& body : wakeable) slots_of_[body].push_back(slot);
+    Slot& kept = slots_[slot];
+    kept.memory = std::move(memory);
+    for (const Body& body : wakeable) {
+      std::vector<uint32_t>& own = slots_of_[body];
+      kept.wakeable[kept.count++] = {body, own.size()};
+      own.push_back(slot);
+    }
   }
 
   /// Appends those of `body` to `out`, and keeps them no longer.
@@ -50,23 +54,36 @@ class RestingPairs {
   }
 
  private:
+  struct Listed {
+    Body body{};
+    size_t place = 0;  // in the list of the body
+  };
   struct Slot {
     Memory memory;
-    std::array<Body, 2> wakeable{};
+    std::array<Listed, 2> wakeable{};
     size_t count = 0;  // of those; none: it is free
   };
 
   // It is not in the list of `gone` any more.
   void Free(uint32_t slot, const Body& gone) {
-    for (const Body& body : std::span(slots_[slot].wakeable).first(slots_[slot].count)) {
-      if (body == gone) continue;
-      const auto own = slots_of_.find(body);
-      if (own == slots_of_.end()) continue;
-      std::erase(own->second, slot);
-      if (own->second.empty()) slots_of_.erase(own);
+    for (const Listed& listed : std::span(slots_[slot].wakeable).first(slots_[slot].count)) {
+      if (listed.body != gone) Unlist(listed);
     }
     slots_[slot] = {};
     free_.push_back(slot);
+  }
+
+  // The last one of the list goes to the place that becomes free: what lies on a floor that may be woken is in one list
+  // with all others on it, which may not be looked through for each of them.
+  void Unlist(const Listed& listed) {
+    const auto own = slots_of_.find(listed.body);
+    std::vector<uint32_t>& slots = own->second;
+    for (Listed& each : slots_[slots.back()].wakeable) {
+      if (each.body == listed.body) each.place = listed.place;
+    }
+    slots[listed.place] = slots.back();
+    slots.pop_back();
+    if (slots.empty()) slots_of_.erase(own);
   }
 
   std::vector<Slot> slots_;
