@@ -44,7 +44,7 @@ TEST(BulletBackend, TakesWhatIsSetBeforeWhatThePresetMeans) {
   EXPECT_EQ(substeps(Quality::kFast), 1u);
   EXPECT_EQ(substeps(Quality::kBalanced), 2u);
   EXPECT_EQ(substeps(Quality::kAccurate), 8u);
-  EXPECT_EQ(backend->Resolve({}), (StepperSettings{Solver::kAutomatic, 2, 10}));
+  EXPECT_EQ(backend->Resolve({}), (StepperSettings{Solver::kAutomatic, 2, 10, true}));
   StepperDesc own;
   own.substeps = 3;
   own.iterations = 7;

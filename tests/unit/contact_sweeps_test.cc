@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -87,6 +88,36 @@ TEST(ContactSweeps, BrakeASlideAlikeInEveryDirection) {
     const SweptBody body = scene.Solve(BodyAt(4 * along - Vector3(0, 0, 0.1)));
     EXPECT_LE((body.linear_velocity - (4 - 0.5 * 0.1) * along).norm(), kRounding) << heading;
   }
+}
+
+// The speed at which the quickest of a pile falls on, of bodies on top of each other that fell for a step.
+double SpeedInPile(uint32_t iterations, bool may_go_on) {
+  constexpr size_t kHigh = 6;
+  ContactSweeps sweeps;
+  sweeps.SetIterations(iterations, may_go_on);
+  sweeps.Begin(kStep, kPull, true);
+  const ContactPair pair;
+  std::vector<ContactPoint> points(kHigh);
+  std::vector<PointImpulse> impulses(kHigh);
+  uint32_t below = ContactSweeps::kFixed;
+  for (size_t i = 0; i < kHigh; ++i) {
+    const uint32_t body = sweeps.AddBody(BodyAt({0, 0, -kPull * kStep}));
+    sweeps.AddPair(below, body, pair, {&points[i], 1}, {&impulses[i], 1});
+    below = body;
+  }
+  sweeps.Solve();
+  double speed = 0;
+  for (uint32_t i = 1; i <= kHigh; ++i) speed = std::max(speed, sweeps.body(i).linear_velocity.norm());
+  return speed;
+}
+
+TEST(ContactSweeps, AreNoMoreThanWereAskedFor) {
+  constexpr uint32_t kPreset = ContactSweeps::kPresetIterations;
+  const double ten = SpeedInPile(kPreset, false);
+  EXPECT_GT(ten, 1e-3);
+  EXPECT_GT(SpeedInPile(kPreset - 1, false), ten);
+  EXPECT_LT(SpeedInPile(kPreset + 1, false), ten);
+  EXPECT_LT(SpeedInPile(kPreset, true), ten / 10) << "of a preset few get more";
 }
 
 TEST(ContactSweeps, MoveNothingThatIsNotDynamic) {

@@ -5,27 +5,13 @@ namespace genphys {
 namespace ballistic_backend {
 namespace {
 
-uint32_t SubstepsOf(Quality quality) {
-  switch (quality) {
-    case Quality::kFast:
-      return 1;
-    case Quality::kBalanced:
-      return 2;
-    case Quality::kAccurate:
-      return 4;
-  }
-  return 1;
-}
-
 class BallisticBackend final : public Backend {
  public:
   const Capabilities& capabilities() const override { return capabilities_; }
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
     // Nothing is iterated, so one round is all there is to choose.
-    return {.solver = stepper.solver,
-            .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
-            .iterations = stepper.iterations.value_or(1)};
+    return Settle(stepper, 1);
   }
 
   std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings&) const override { return std::make_unique<World>(); }

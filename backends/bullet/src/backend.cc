@@ -13,21 +13,7 @@ namespace genphys {
 namespace bullet_backend {
 namespace {
 
-constexpr uint32_t kSubstepsFast = 1;
-constexpr uint32_t kSubstepsBalanced = 2;
 constexpr uint32_t kSubstepsAccurate = 8;
-
-uint32_t SubstepsOf(Quality quality) {
-  switch (quality) {
-    case Quality::kFast:
-      return kSubstepsFast;
-    case Quality::kBalanced:
-      return kSubstepsBalanced;
-    case Quality::kAccurate:
-      return kSubstepsAccurate;
-  }
-  return kSubstepsBalanced;
-}
 
 // Rounding in single precision would show in the eighth digit of what compiled code of the library computes.
 Status CheckPrecision() {
@@ -60,9 +46,7 @@ class BulletBackend final : public Backend {
   const Capabilities& capabilities() const override { return capabilities_; }
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
-    return {.solver = stepper.solver,
-            .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
-            .iterations = stepper.iterations.value_or(ContactSweeps::kPresetIterations)};
+    return Settle(stepper, ContactSweeps::kPresetIterations, {.accurate = kSubstepsAccurate});
   }
 
   std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings& settings) const override {

@@ -11,22 +11,6 @@ namespace genphys {
 namespace ode_backend {
 namespace {
 
-constexpr uint32_t kSubstepsFast = 1;
-constexpr uint32_t kSubstepsBalanced = 2;
-constexpr uint32_t kSubstepsAccurate = 4;
-
-uint32_t SubstepsOf(Quality quality) {
-  switch (quality) {
-    case Quality::kFast:
-      return kSubstepsFast;
-    case Quality::kBalanced:
-      return kSubstepsBalanced;
-    case Quality::kAccurate:
-      return kSubstepsAccurate;
-  }
-  return kSubstepsBalanced;
-}
-
 class OdeBackend final : public Backend {
  public:
   OdeBackend() { StartLibrary(); }
@@ -34,9 +18,7 @@ class OdeBackend final : public Backend {
   const Capabilities& capabilities() const override { return capabilities_; }
 
   StepperSettings Resolve(const StepperDesc& stepper) const override {
-    return {.solver = stepper.solver,
-            .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
-            .iterations = stepper.iterations.value_or(ContactSweeps::kPresetIterations)};
+    return Settle(stepper, ContactSweeps::kPresetIterations);
   }
 
   std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings& settings) const override {

@@ -7,27 +7,11 @@ namespace {
 
 constexpr uint32_t kIterations = 50;
 
-uint32_t SubstepsOf(Quality quality) {
-  switch (quality) {
-    case Quality::kFast:
-      return 1;
-    case Quality::kBalanced:
-      return 2;
-    case Quality::kAccurate:
-      return 4;
-  }
-  return 1;
-}
-
 class SpheresBackend final : public Backend {
  public:
   const Capabilities& capabilities() const override { return capabilities_; }
 
-  StepperSettings Resolve(const StepperDesc& stepper) const override {
-    return {.solver = stepper.solver,
-            .substeps = stepper.substeps.value_or(SubstepsOf(stepper.quality)),
-            .iterations = stepper.iterations.value_or(kIterations)};
-  }
+  StepperSettings Resolve(const StepperDesc& stepper) const override { return Settle(stepper, kIterations); }
 
   std::unique_ptr<BackendWorld> CreateWorld(const StepperSettings& settings) const override {
     return std::make_unique<World>(settings);

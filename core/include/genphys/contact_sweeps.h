@@ -48,8 +48,8 @@ class ContactSweeps {
   ContactSweeps(const ContactSweeps&) = delete;
   ContactSweeps& operator=(const ContactSweeps&) = delete;
 
-  /// Few contacts get more than a preset's.
-  void SetIterations(uint32_t iterations);
+  /// Few contacts get more where they `may_go_on`.
+  void SetIterations(uint32_t iterations, bool may_go_on);
 
   /// Starts with nothing, which will be solved for a step of `step_size` seconds; `pull` as in ContactBuffer. With
   /// `are_few` there will be no more than kFewPoints points and no joints.

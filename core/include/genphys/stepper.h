@@ -25,7 +25,18 @@ struct StepperSettings {
   Solver solver = Solver::kAutomatic;
   uint32_t substeps = 1;
   uint32_t iterations = 20;
+  bool may_go_on = false;  // beyond those where that helps: they are a preset's, and nobody asked for so many
   bool operator==(const StepperSettings&) const = default;
 };
+
+/// How many substeps the presets of an engine have.
+struct PresetSubsteps {
+  uint32_t fast = 1;
+  uint32_t balanced = 2;
+  uint32_t accurate = 4;
+};
+
+/// `stepper` where a preset has so many substeps, and `iterations` in each.
+StepperSettings Settle(const StepperDesc& stepper, uint32_t iterations, const PresetSubsteps& presets = {});
 
 }  // namespace genphys

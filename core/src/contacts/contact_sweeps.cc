@@ -34,7 +34,7 @@ ContactSweeps::ContactSweeps() : impl_(std::make_unique<Impl>()) {}
 
 ContactSweeps::~ContactSweeps() = default;
 
-void ContactSweeps::SetIterations(uint32_t iterations) { impl_->SetIterations(iterations); }
+void ContactSweeps::SetIterations(uint32_t iterations, bool may_go_on) { impl_->SetIterations(iterations, may_go_on); }
 
 void ContactSweeps::Begin(double step_size, double pull, bool are_few) { impl_->Begin(step_size, pull, are_few); }
 

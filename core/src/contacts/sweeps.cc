@@ -102,9 +102,9 @@ void ContactSweeps::Impl::Solve(BoundedSolver* direct) {
 }
 
 uint32_t ContactSweeps::Impl::Iterations() const {
-  if (iterations_ != kPresetIterations) return iterations_;
+  if (!may_go_on_) return iterations_;
   const size_t affordable = kPointUpdates / (1 + rows_.size() + point_count_);
-  return std::max(kPresetIterations, static_cast<uint32_t>(std::min<size_t>(affordable, kIterationsMax)));
+  return std::max(iterations_, static_cast<uint32_t>(std::min<size_t>(affordable, kIterationsMax)));
 }
 
 void ContactSweeps::Impl::Sweep() {
@@ -112,7 +112,7 @@ void ContactSweeps::Impl::Sweep() {
   if (are_few_) leaps_.Begin(normals_.size() + frictions_.size() + torsions_.size());
   const uint32_t iterations = Iterations();
   const size_t all = joints_.size() + normals_.size();
-  size_t spare = iterations_ == kPresetIterations ? kPointUpdates : 0;
+  size_t spare = may_go_on_ ? kPointUpdates : 0;
   for (uint32_t sweep = 1;; ++sweep) {
     WorkWatch::Spend(static_cast<int64_t>(kRowWork * (all + frictions_.size())));
     const double residual = SweepOnce(sweep);

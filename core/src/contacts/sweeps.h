@@ -12,7 +12,10 @@ namespace genphys {
 /// See ContactSweeps, whose methods these are.
 class ContactSweeps::Impl {
  public:
-  void SetIterations(uint32_t iterations) { iterations_ = iterations; }
+  void SetIterations(uint32_t iterations, bool may_go_on) {
+    iterations_ = iterations;
+    may_go_on_ = may_go_on;
+  }
   void Begin(double step_size, double pull, bool are_few);
   uint32_t AddBody(const SweptBody& body);
   void AddPair(const AddedPair& pair);
@@ -103,6 +106,7 @@ class ContactSweeps::Impl {
   double step_size_ = 0;
   double pull_ = 0;  // m/s^2, of gravity
   uint32_t iterations_ = kPresetIterations;
+  bool may_go_on_ = true;
   std::vector<SweptBody> bodies_;
   std::vector<AddedRow> rows_;
   std::vector<AddedPair> pairs_;
@@ -113,7 +117,7 @@ class ContactSweeps::Impl {
   std::vector<MotionChange> moves_;     // velocities that only take overlaps apart
   std::vector<AddedPoint> points_;      // by row of their normal
   size_t point_count_ = 0;              // of pairs_
-  bool are_few_ = false;                // see Begin(); of other iterations than a preset's none are
+  bool are_few_ = false;                // see Begin(); of fewer iterations than a preset's none are
   std::vector<uint8_t> is_stuck_;       // by number of the body, of some: something is in the way of a joint of it
   bool goes_along_ = false;             // of few something GoesAlong()
   std::vector<SolverRow> normals_;

@@ -70,7 +70,7 @@ void SweptWorld::WriteState(std::span<const EntityRow> rows, const StateArrays& 
 
 void SweptWorld::SetStepper(const StepperSettings& settings) {
   settings_ = settings;
-  sweeps_.SetIterations(settings.iterations);
+  sweeps_.SetIterations(settings.iterations, settings.may_go_on);
 }
 
 void SweptWorld::ScaleInertia(std::span<const InertiaScale> scales) {
