@@ -24,7 +24,7 @@ struct StepperDesc {
 struct StepperSettings {
   Solver solver = Solver::kAutomatic;
   uint32_t substeps = 1;
-  uint32_t iterations = 20;
+  uint32_t iterations = 10;
   bool may_go_on = false;  // beyond those where that helps: they are a preset's, and nobody asked for so many
   bool operator==(const StepperSettings&) const = default;
 };
