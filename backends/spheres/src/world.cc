@@ -5,15 +5,10 @@
 #include <optional>
 #include <tuple>
 
+#include "genphys/contact_sweeps.h"
+
 namespace genphys::spheres_backend {
 namespace {
-
-// The orientation after `time` seconds of constant `spin`: the exponential map, exact and of unit length.
-Quaternion Turned(const Quaternion& orientation, const Vector3& spin, double time) {
-  const double angle = spin.norm() * time;
-  if (angle == 0) return orientation;
-  return (Eigen::AngleAxisd(angle, spin.normalized()) * orientation).normalized();
-}
 
 ContactPoint Between(const Sphere& a, const Pose& pose_a, const Sphere& b, const Pose& pose_b) {
   const Vector3 apart = pose_b.position - pose_a.position;
@@ -79,11 +74,8 @@ void World::Solve(double step_size, std::span<const EntityRow> rows, StateArrays
     const auto& [velocity, spin, push, turn] = solver.MotionOf(row);
     state.linear_velocities.col(Index(row)) = velocity;
     state.angular_velocities.col(Index(row)) = spin;
-    const Quaternion orientation = Turned(body.pose.orientation, spin + turn, step_size);
-    // The centre of mass goes straight on, and the frame of the entity turns about it.
-    const Vector3& center = body.mass.center_of_mass;
-    const Vector3 swing = body.pose.orientation * center - orientation * center;
-    body.pose = {body.pose.position + swing + step_size * (velocity + push), orientation};
+    const SweptBody moved{.linear_velocity = velocity, .angular_velocity = spin, .push = push, .turn = turn};
+    body.pose = MovedBy(moved, step_size, body.mass.center_of_mass, body.pose);
     state.set_pose(row, body.pose);
   }
 }
