@@ -93,4 +93,8 @@ struct EntityDesc {
   std::optional<Visual> visual;
 };
 
+inline bool IsDynamic(const EntityDesc& desc) {
+  return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
+}
+
 }  // namespace genphys

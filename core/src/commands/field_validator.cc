@@ -6,13 +6,6 @@
 #include "model/validate.h"
 
 namespace genphys {
-namespace {
-
-bool IsDynamic(const EntityDesc& desc) {
-  return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
-}
-
-}  // namespace
 
 // Of an update there is no creation: it names nothing that its batch creates.
 Status CommandValidator::CheckSpring(const SpringField& spring, const CreateForceField* creation) const {

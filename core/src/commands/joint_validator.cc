@@ -12,10 +12,6 @@
 namespace genphys {
 namespace {
 
-bool IsDynamic(const EntityDesc* desc) {
-  return desc != nullptr && desc->rigid_body && desc->rigid_body->motion_type == MotionType::kDynamic;
-}
-
 bool TurnsFirst(const JointKind& kind) {
   struct Visitor {
     bool operator()(const SliderJoint&) const { return false; }
@@ -80,7 +76,7 @@ Status CommandValidator::CheckEnds(const JointDesc& joint) const {
   if (joint.entity_a == joint.entity_b) {
     return Refuse(Reason::kInvalidValue, "entity_b", "a joint cannot join an entity to itself");
   }
-  if (IsDynamic(a) || IsDynamic(b)) return absl::OkStatus();
+  if ((a != nullptr && IsDynamic(*a)) || (b != nullptr && IsDynamic(*b))) return absl::OkStatus();
   return Refuse(Reason::kInvalidValue, joint.entity_b.is_world() ? "entity_a" : "entity_b",
                 "neither side is dynamic: there is nothing that the joint could hold");
 }

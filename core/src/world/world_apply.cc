@@ -32,10 +32,6 @@ Vector3 ToWorld(const Vector3& v, Coordinates coordinates, const Pose& pose) {
   return coordinates == Coordinates::kEntity ? Vector3(pose.orientation * v) : v;
 }
 
-bool IsDynamic(const EntityDesc& desc) {
-  return desc.rigid_body && desc.rigid_body->motion_type == MotionType::kDynamic;
-}
-
 bool IsSame(const MassProperties& a, const MassProperties& b) {
   return a.mass == b.mass && a.center_of_mass == b.center_of_mass && a.tensor == b.tensor;
 }
