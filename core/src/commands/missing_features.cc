@@ -1,6 +1,7 @@
 #include "commands/missing_features.h"
 
 #include "model/cat.h"
+#include "model/validate.h"
 
 namespace genphys {
 
@@ -9,17 +10,7 @@ void MissingFeatures::Need(Feature feature) {
 }
 
 void MissingFeatures::Need(const EntityDesc& desc) {
-  if (!desc.rigid_body) return;
-  const bool is_dynamic = desc.rigid_body->motion_type == MotionType::kDynamic;
-  if (desc.rigid_body->error_correction.any()) Need(Feature::kErrorCorrection);
-  if (desc.rigid_body->locked_axes.any()) Need(Feature::kLockedAxes);
-  for (const Geometry& geometry : desc.rigid_body->geometries) {
-    Need(FeatureOf(geometry.shape));
-    if (geometry.is_sensor) Need(Feature::kSensors);
-    if (!geometry.surface_velocity.isZero(0)) Need(Feature::kSurfaceVelocity);
-    if (is_dynamic && std::holds_alternative<TriangleMesh>(geometry.shape)) Need(Feature::kDynamicTriangleMesh);
-    if (is_dynamic && std::holds_alternative<Heightfield>(geometry.shape)) Need(Feature::kDynamicHeightfield);
-  }
+  VisitFeatures(desc, [this](Feature feature, std::optional<size_t>, std::string_view) { Need(feature); });
 }
 
 void MissingFeatures::Need(const StepperDesc& stepper) {

@@ -192,34 +192,31 @@ Status CheckEntity(const EntityDesc& desc) {
   return desc.rigid_body ? WithFieldPrefix(CheckBody(*desc.rigid_body), "rigid_body") : absl::OkStatus();
 }
 
+void VisitFeatures(const EntityDesc& desc, FeatureVisit visit) {
+  if (!desc.rigid_body) return;
+  const RigidBody& body = *desc.rigid_body;
+  if (body.error_correction.any()) visit(Feature::kErrorCorrection, std::nullopt, "error_correction");
+  if (body.locked_axes.any()) visit(Feature::kLockedAxes, std::nullopt, "locked_axes");
+  for (size_t i = 0; i < body.geometries.size(); ++i) {
+    const Geometry& geometry = body.geometries[i];
+    if (!geometry.surface_velocity.isZero(0)) visit(Feature::kSurfaceVelocity, i, "surface_velocity");
+    visit(FeatureOf(geometry.shape), i, "shape");
+    if (IsDynamic(desc) && IsSurface(geometry.shape)) {
+      const bool is_mesh = std::holds_alternative<TriangleMesh>(geometry.shape);
+      visit(is_mesh ? Feature::kDynamicTriangleMesh : Feature::kDynamicHeightfield, i, "shape");
+    }
+    if (geometry.is_sensor) visit(Feature::kSensors, i, "is_sensor");
+  }
+}
+
 Status CheckFeatures(const EntityDesc& desc, const Capabilities& capabilities) {
-  if (!desc.rigid_body) return absl::OkStatus();
-  if (desc.rigid_body->error_correction.any() && !capabilities.Has(Feature::kErrorCorrection)) {
-    return UnsupportedFeature(Feature::kErrorCorrection, capabilities.engine(), "rigid_body.error_correction");
-  }
-  if (desc.rigid_body->locked_axes.any() && !capabilities.Has(Feature::kLockedAxes)) {
-    return UnsupportedFeature(Feature::kLockedAxes, capabilities.engine(), "rigid_body.locked_axes");
-  }
-  for (size_t i = 0; i < desc.rigid_body->geometries.size(); ++i) {
-    const Geometry& geometry = desc.rigid_body->geometries[i];
-    const std::string path = Cat("rigid_body.geometries[", i, "].");
-    if (!geometry.surface_velocity.isZero(0) && !capabilities.Has(Feature::kSurfaceVelocity)) {
-      return UnsupportedFeature(Feature::kSurfaceVelocity, capabilities.engine(), Cat(path, "surface_velocity"));
-    }
-    if (const Feature shape = FeatureOf(geometry.shape); !capabilities.Has(shape)) {
-      return UnsupportedFeature(shape, capabilities.engine(), Cat(path, "shape"));
-    }
-    const Feature dynamic = std::holds_alternative<TriangleMesh>(geometry.shape) ? Feature::kDynamicTriangleMesh
-                                                                                 : Feature::kDynamicHeightfield;
-    if (IsSurface(geometry.shape) && desc.rigid_body->motion_type == MotionType::kDynamic &&
-        !capabilities.Has(dynamic)) {
-      return UnsupportedFeature(dynamic, capabilities.engine(), Cat(path, "shape"));
-    }
-    if (geometry.is_sensor && !capabilities.Has(Feature::kSensors)) {
-      return UnsupportedFeature(Feature::kSensors, capabilities.engine(), Cat(path, "is_sensor"));
-    }
-  }
-  return absl::OkStatus();
+  Status status;
+  VisitFeatures(desc, [&](Feature feature, std::optional<size_t> geometry, std::string_view field) {
+    if (!status.ok() || capabilities.Has(feature)) return;
+    const std::string of = geometry ? Cat("rigid_body.geometries[", *geometry, "].") : "rigid_body.";
+    status = UnsupportedFeature(feature, capabilities.engine(), Cat(of, field));
+  });
+  return status;
 }
 
 EntityDesc Filled(const EntityDesc& desc, const WorldDesc& world) {

@@ -1,4 +1,8 @@
 #pragma once
+#include <optional>
+#include <string_view>
+
+#include "absl/functional/function_ref.h"
 #include "genphys/capabilities.h"
 #include "genphys/command.h"
 #include "genphys/scene.h"
@@ -23,6 +27,12 @@ Status CheckForceField(const ForceField& field);
 
 /// Numbers alone: what a world's defaults and the engine's features have to say comes after filling.
 Status CheckEntity(const EntityDesc& desc);
+
+using FeatureVisit = absl::FunctionRef<void(Feature, std::optional<size_t> geometry, std::string_view field)>;
+
+/// Calls visit(feature, geometry, field) for each feature that `desc` needs of its engine: `field`, of that geometry or
+/// of the body itself, is what needs it.
+void VisitFeatures(const EntityDesc& desc, FeatureVisit visit);
 
 /// Features that `desc` needs and `capabilities` lack.
 Status CheckFeatures(const EntityDesc& desc, const Capabilities& capabilities);
