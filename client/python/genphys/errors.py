@@ -81,7 +81,7 @@ class LimitExceededError(GenphysError):
 
 
 class HistoryGoneError(GenphysError):
-    """The events to resume after are no longer kept."""
+    """The events to resume after are no longer kept. No server says so yet."""
 
     default_reason = "HISTORY_GONE"
 
@@ -135,7 +135,7 @@ class DivergedError(GenphysError):
 
 
 class PoisonedError(GenphysError):
-    """Refused because it ended the engine twice."""
+    """Refused because it ended the engine twice. No server says so yet."""
 
     default_reason = "POISONED"
 
@@ -147,7 +147,7 @@ class BudgetExceededError(GenphysError):
 
 
 class SnapshotIncompatibleError(GenphysError):
-    """The snapshot is of another engine, build or format."""
+    """The snapshot is of another engine, build or format. No server says so yet."""
 
     default_reason = "SNAPSHOT_INCOMPATIBLE"
 

@@ -15,7 +15,8 @@ using Result = absl::StatusOr<T>;
 
 enum class Feature : uint8_t;
 
-/// Why something was refused. Stable and never reused; the wire carries the same list.
+/// Why something was refused. Stable and never reused; the wire carries the same list. kHistoryGone, kPoisoned and
+/// kSnapshotIncompatible are reserved: nothing gives them yet.
 enum class Reason : uint8_t {
   kUnspecified,
   kStaleId,
