@@ -245,7 +245,7 @@ class World {
   StateArrays state_;
   LayerState layer_;
   ContactBuffer contacts_;
-  ContactBuffer solved_;  // what the last solve left, for another engine to start from
+  ContactBuffer solved_;  // what the last solve left: the next one, and another engine, go on from it
   PairRule rule_;
   std::vector<GeometryRows> geometry_rows_;  // by entity row
   const Backend* backend_ = nullptr;
@@ -261,17 +261,17 @@ class World {
   std::vector<EntityRow> roused_;  // since the step began
   RowMarks sleepers_found_;        // scratch of who looks for those that wake
   struct Aftermath {
-    std::vector<EntityRow> stirred;         // wake with their islands
-    std::vector<EntityId> displaced;        // whoever touches them wakes
-    std::vector<EntityId> detached;         // what solves tell of them is over
-    std::vector<EntityId> reshaped;         // and so is that they touch anybody
-    std::vector<EntityId> pushed;           // where springs tie them to others, all wake
-    std::vector<EntityId> deleted;          // fields act on them no more
-    std::map<EntityId, size_t> forceless;   // nor do so many of the first forces
-    std::vector<EntityId> unsampled;        // nor does what is left of sampled ones
-    size_t looks = 0;                       // at who rests where something was put
-    std::shared_ptr<SleeperTree> sleepers;  // set: who sleeps there is looked for here
-    bool is_engine_due = false;             // another one was chosen, and is not there yet
+    std::vector<EntityRow> stirred;         // They wake, and their islands with them.
+    std::vector<EntityId> displaced;        // They left where they were: whoever touched them there is let go of.
+    std::vector<EntityId> detached;         // Bodies taken off: their pairs in solved_ are dropped.
+    std::vector<EntityId> reshaped;         // They have other surfaces now: whatever touched them touches no more.
+    std::vector<EntityId> pushed;           // They move or lie otherwise: both ends of springs at them wake.
+    std::vector<EntityId> deleted;          // Force fields act on them no more.
+    std::map<EntityId, size_t> forceless;   // Among the first so many pending forces theirs are dropped.
+    std::vector<EntityId> unsampled;        // What is left of their sampled forces is dropped.
+    size_t looks = 0;                       // At neighbours, one by one, to see whether they sleep.
+    std::shared_ptr<SleeperTree> sleepers;  // All who sleep. Made when looking one by one has become dear.
+    bool is_engine_due = false;             // Another engine was chosen, and is made when the batch is done.
   };
   Aftermath aftermath_;
   RowSet stirred_;              // of whom LayerState::lying may tell, though they are active
