@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
@@ -19,6 +20,11 @@ class PairPlaces {
   /// may have gone from the list, or changed places in it.
   template <typename Entry>
   Entry* Find(std::vector<Entry>& list, GeometryRow a, GeometryRow b) {
+    if (list.size() <= kFew) {
+      const auto is_one = [&](const Entry& entry) { return entry.pair.geometry_a == a && entry.pair.geometry_b == b; };
+      const auto entry = std::ranges::find_if(list, is_one);
+      return entry == list.end() ? nullptr : &*entry;
+    }
     for (; known_ < list.size(); ++known_) {
       WorkWatch::Spend(kEntryWork);
       place_of_.try_emplace(KeyOf(list[known_].pair.geometry_a, list[known_].pair.geometry_b), known_);
@@ -33,6 +39,8 @@ class PairPlaces {
   }
 
  private:
+  // So many are looked through before an index of them is made.
+  static constexpr size_t kFew = 8;
   // Of a WorkWatch.
   static constexpr int64_t kEntryWork = 32;
 
