@@ -31,6 +31,43 @@ TEST_P(Forces, AForceActsForItsStepsAndNoLonger) {
   EXPECT_NEAR(VelocityOf(*world, ball).x(), 1.5 * 10 * kStep, kRounding);
 }
 
+// Within a step of where the world ends, or within two.
+EntityDesc Rocket(int steps) {
+  EntityDesc rocket = Ball({1e7 - 1e5 * kStep * (steps - 0.5), 0, 5}, 0.5, 2);
+  rocket.rigid_body->linear_velocity = {1e5, 0, 0};
+  return rocket;
+}
+
+// A controller that hears of it late goes on sending forces: they are not there when it is put back.
+TEST_P(Forces, DoNotWaitForWhoIsOutOfTheWorld) {
+  Proves({Claim::kForce, Claim::kForceColumns, Claim::kBounds});
+  const Vector3 push(10, 0, 0);
+  for (const bool is_anybody_awake : {false, true}) {
+    const auto world = Weightless(GetParam());
+    const EntityId id = Add(*world, Rocket(1));
+    EntityDesc bystander = Ball({0, 50, 5});
+    bystander.rigid_body->auto_disable.enabled = !is_anybody_awake;
+    Add(*world, bystander);
+    Steps(*world, 60);
+    ASSERT_EQ(world->IsAtRest(), !is_anybody_awake);
+    for (int i = 0; i < 10; ++i) {
+      Do(*world, ApplyForce{.id = id, .force = push});
+      Do(*world, ApplyForce{.id = id, .force = push, .steps = 100});
+      Do(*world, ApplyForce{.id = id, .force = push, .sampled = true});
+      Do(*world, ApplyForceColumns{.ids = {id}, .forces = {push}, .torques = {}});
+      Steps(*world, 1);
+    }
+
+    Do(*world, SetPose{.id = id, .position = Vector3(0, 0, 5)});
+    Steps(*world, 2);
+
+    EXPECT_EQ(VelocityOf(*world, id), Vector3(0, 0, 0)) << is_anybody_awake;
+    Do(*world, ApplyForce{.id = id, .force = push});
+    Steps(*world, 2);
+    EXPECT_NEAR(VelocityOf(*world, id).x(), 10 / 2.0 * kStep, kRounding) << "it is back";
+  }
+}
+
 TEST_P(Forces, AForceBesideTheCentreTurnsTheBody) {
   Proves({Claim::kForce});
   const auto world = Weightless(GetParam());

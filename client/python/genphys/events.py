@@ -206,7 +206,10 @@ class ForceFieldDeleted(Event):
 
 @dataclasses.dataclass(frozen=True)
 class EntityFaulted(Event):
-    """Left the bounds of the world; disabled at its last good pose."""
+    """Left the bounds of the world; disabled at its last good pose, until it is put elsewhere or told how to move.
+
+    Forces do nothing to it.
+    """
 
     entity: Entity
 

@@ -362,6 +362,8 @@ void World::Delete(EntityId id) {
 
 void World::Push(const ApplyForce& command) {
   const EntityRow row{command.id.index()};
+  // Nothing moves it until it is put back or told how to go: forces would wait until then, and act all at once.
+  if (layer_.faulted[Index(row)]) return;
   if (command.replace) Unforce(command.id);
   WakeIslandOf(row);
   PendingForce force{command.id,          command.force, command.torque, Vector3::Zero(), !command.point.has_value(),
