@@ -44,14 +44,18 @@ TEST_P(IgnoredEntities, NeedOneSideThatNamesTheOther) {
 TEST_P(IgnoredEntities, WakeWhoSleepsOnThemWhicheverSideNamesTheOther) {
   Proves({Claim::kSleeping});
   for (const bool shelf_names : {false, true}) {
-    const auto world = MakeWorld();
-    const EntityId shelf = Add(*world, Block({0, 0, 2}, {2, 2, 0.1}));
-    const EntityId ball = Add(*world, Ball({0, 0, 2.6}));
-    Steps(*world, 120);
-    ASSERT_TRUE(Asleep(*world, ball));
-    shelf_names ? SetIgnored(*world, shelf, {ball}) : SetIgnored(*world, ball, {shelf});
-    Steps(*world, 120);
-    EXPECT_NEAR(PositionOf(*world, ball).z(), 0.5, kTouch);
+    for (const bool is_between_engines : {false, true}) {
+      const auto world = MakeWorld();
+      const EntityId shelf = Add(*world, Block({0, 0, 2}, {2, 2, 0.1}));
+      const EntityId ball = Add(*world, Ball({0, 0, 2.6}));
+      Steps(*world, 120);
+      ASSERT_TRUE(Asleep(*world, ball));
+      if (is_between_engines) Do(*world, SetEngine{"none"});
+      shelf_names ? SetIgnored(*world, shelf, {ball}) : SetIgnored(*world, ball, {shelf});
+      if (is_between_engines) Do(*world, SetEngine{GetParam()});
+      Steps(*world, 120);
+      EXPECT_NEAR(PositionOf(*world, ball).z(), 0.5, kTouch) << shelf_names << is_between_engines;
+    }
   }
 }
 

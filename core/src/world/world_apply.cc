@@ -312,8 +312,8 @@ void World::Update(const UpdateEntity& command, std::shared_ptr<const EntityDesc
     entity.Become(std::move(desc), mass);
     if (has_body) IgnoreOthers(entity, true);
   }
-  if (fields.Has(EntityField::kIgnoredEntities) && near_ != nullptr) {
-    near_->Renew(geometry_rows_[slot]);
+  if (fields.Has(EntityField::kIgnoredEntities)) {
+    if (near_ != nullptr) near_->Renew(geometry_rows_[slot]);
     contacts_stale_ = true;
     WakeNeighboursOf(row);
     // Whom it is inside may have been ignored until now.
