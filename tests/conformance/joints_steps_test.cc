@@ -80,5 +80,42 @@ TEST_P(JointsSteps, BearAWeightWithNoMoreThanThat) {
   }
 }
 
+// Steps became shorter, or substeps did, while it slept and another body went on: what it was owed then is for half a
+// long substep, and would press on the joint as that part more than its weight.
+TEST_P(JointsSteps, BearNoMoreThanTheWeightOfWhatSleptThroughLongerOnes) {
+  Proves({Claim::kJointFixed, Claim::kJointHinge, Claim::kJointBreak, Claim::kSleeping});
+  constexpr double kWeight = 2 * kGravity;
+  for (const bool is_substep : {false, true}) {
+    for (const JointKind& kind : {JointKind(FixedJoint{}), JointKind(HingeJoint{})}) {
+      const auto world = testing::MakeWorld(WorldDesc{.engine = GetParam(),
+                                                      .gravity = {0, 0, -kGravity},
+                                                      .stepper = {.step_size = 1.0 / 60, .substeps = 1},
+                                                      .ground_plane = false});
+      const EntityId weight = Add(*world, Crate({0, 0, 0}, 0.2, 2));
+      EntityDesc other = Crate({5, 0, 0}, 0.2, 2);
+      other.rigid_body->auto_disable.enabled = false;
+      Join(*world, ToWorld(Add(*world, other), FixedJoint{}));
+      JointDesc joint = ToWorld(weight, kind);
+      joint.break_force = kWeight / 0.99;
+      const JointId id = Join(*world, joint);
+      Steps(*world, 60);
+      ASSERT_TRUE(Asleep(*world, weight));
+      const StepperDesc shorter{.step_size = is_substep ? 1.0 / 60 : 1.0 / 240, .substeps = is_substep ? 4u : 1u};
+      Do(*world, SetStepper{shorter});
+      Steps(*world, 1);
+      ASSERT_TRUE(Asleep(*world, weight));
+
+      Do(*world, ApplyForce{.id = weight});
+      ASSERT_FALSE(Asleep(*world, weight));
+      for (int i = 0; i < 5; ++i) {
+        Steps(*world, 1);
+        ASSERT_FALSE(RefusalOf(world->CheckId(id, ""))) << "broken in step " << i;
+        ASSERT_NEAR(StateOf(*world, id).force.z(), kWeight, 2 * kDirect * kWeight) << "in step " << i;
+        ASSERT_NEAR(PositionOf(*world, weight).z(), 0, kDirect) << "in step " << i;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

@@ -215,6 +215,30 @@ TEST_P(Waking, WhoFloatsIsHitInItsSleepAsIfItWereAwake) {
   }
 }
 
+// Gravity and a field that balance each other are owed for half a substep of when it fell asleep.
+TEST_P(Waking, WhoFloatsIsWhereItSleptAfterStepsBecameShorter) {
+  Proves({Claim::kUniformField});
+  for (const double size : {1.0 / 480, 1.0 / 30}) {
+    WorldDesc desc{.engine = GetParam(), .ground_plane = false};
+    // What flies alone would not come to the engine.
+    desc.stepper = {.step_size = 1.0 / 120, .substeps = 1, .engine_only = true};
+    const auto world = testing::MakeWorld(desc);
+    const Vector3 lift = -world->scene().world.gravity;
+    Do(*world, CreateForceField{ForceField{.kind = UniformField{.acceleration = lift}}});
+    const EntityId floats = Add(*world, Ball({0, 0, 0}));
+    EntityDesc other = Ball({5, 0, 0});
+    other.rigid_body->auto_disable.enabled = false;
+    Add(*world, other);
+    Steps(*world, 120);
+    ASSERT_TRUE(Asleep(*world, floats));
+    ASSERT_TRUE(world->Step(size).ok());
+    Do(*world, ApplyForce{.id = floats});
+    ASSERT_FALSE(Asleep(*world, floats));
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(world->Step(size).ok());
+    EXPECT_LE(PositionOf(*world, floats).norm(), kRounded) << size;
+  }
+}
+
 TEST_P(Waking, WhoHangsOnAPlaceWakesWhenItIsPutElsewhere) {
   Proves({Claim::kSpringField});
   Require(*MakeWorld(), Feature::kJointBall);

@@ -113,6 +113,7 @@ struct HalfStep {
   Vector3 held_torque = Vector3::Zero();    // N*m, the same
   double peak = 0;                          // J, of its turning while joints hold it: the most that it lately had
   double unearned = 0;                      // J, of that: what it got beyond what was done to it
+  double substep = 0;                       // s, the last one that it took part in: what is owed is for half of it
 
   /// For how long (s) a solve acts on the velocity: from the middle of the last substep, of `last` seconds, to the
   /// middle of the next one, of `h` seconds.

@@ -370,6 +370,7 @@ void StepRun::EndMover(Mover& mover, double h) {
   const Vector3 outside = steady.acceleration + mover.field.acceleration;
   scratch_.accelerations[mover.row] = outside;
   HoldOver(mover, h, gained, turned);
+  half.substep = h;
   half.has_past = true;
   half.restarts = false;
   half.is_struck = false;

@@ -264,6 +264,8 @@ void World::Wake(EntityRow row) {
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
   layer_.last_touches[Index(row)].clear();
+  // What it is owed is for half a substep of when it fell asleep, and would be taken for that of another one now.
+  if (half.substep != layer_.last_substep) half.Restart();
   half.in_flight = floats;
   half.is_woken = !floats;
   Unsettle(row);
