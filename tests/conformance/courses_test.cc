@@ -75,6 +75,9 @@ class Carried {
     return most;
   }
 
+  /// Of each step from now on.
+  void SetSubsteps(uint32_t substeps) { Do(*world_, SetStepper{{.step_size = step_, .substeps = substeps}}); }
+
   /// m, from where it lay.
   Vector3 load() const { return PositionOf(*world_, load_) - kLoad; }
 
@@ -102,6 +105,21 @@ TEST_P(Courses, WhatLiesOnALiftStaysOnItWhileThatFallsMoreSlowly) {
   constexpr Course kCourse{.acceleration_max = 0.9 * kGravity};
   for (const Told told : {Told::kPoses, Told::kVelocities}) {
     EXPECT_LE(Carried(GetParam(), 60).Lead(kCourse, Vector3::UnitZ(), told), 1e-5);
+  }
+}
+
+TEST_P(Courses, WhatLiesOnAFloorThatIsShakenGoesWithItWhenSubstepsChange) {
+  Proves({Claim::kStaticFriction});
+  constexpr Course kCourse{.acceleration_max = 0.9 * kFriction * kGravity};
+  constexpr double kStep = 1.0 / 60;
+  for (const Told told : {Told::kPoses, Told::kVelocities}) {
+    Carried carried(GetParam(), 60);
+    for (int i = 0; i * kStep < kTime; ++i) {
+      if (i % 5 == 0) carried.SetSubsteps(i % 2 == 0 ? 1 : 4);
+      const Vector3 there = kCourse.At((i + 1) * kStep) * Vector3::UnitX();
+      carried.LeadTo(there, told);
+      ASSERT_LE((carried.load() - there).norm(), 1e-5) << "step " << i;
+    }
   }
 }
 

@@ -165,6 +165,7 @@ struct LayerState {
   std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
   std::vector<HalfStep> half_steps;                  // by row
   double last_substep = 0;                           // s
+  double last_step = 0;                              // s, the last step in which somebody was awake or driven
   std::vector<SampledForce> samples;                 // ascending
   double samples_step = 0;                           // s, of the step that they were for; zero without any
 };

@@ -161,7 +161,7 @@ void Serialize(const LayerState& state, std::string& bytes) {
   // Structured bindings name every field: one more in the struct does not compile until it is written here too.
   const auto& [step, simulation_time, next_event_sequence, next_force_field, ids, rest_times, rest_watches, moving,
                faulted, touching, lying, forces, passages, joint_ids, joints, former_drives, former_frames,
-               last_touches, half_steps, last_substep, samples, samples_step] = state;
+               last_touches, half_steps, last_substep, last_step, samples, samples_step] = state;
   ByteWriter out(bytes);
   out.Put(step);
   out.Put(simulation_time);
@@ -198,6 +198,7 @@ void Serialize(const LayerState& state, std::string& bytes) {
   out.Put(uint64_t{half_steps.size()});
   for (const HalfStep& half : half_steps) Put(out, half);
   out.Put(last_substep);
+  out.Put(last_step);
   out.Put(uint64_t{samples.size()});
   for (const SampledForce& sample : samples) Put(out, sample);
   out.Put(samples_step);

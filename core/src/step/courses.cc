@@ -25,9 +25,8 @@ bool IsJump(const Vector3& before, const Vector3& after) {
 
 }  // namespace
 
-void Courses::Find(std::span<const EntityRow> rows, double substep) {
+void Courses::Find(std::span<const EntityRow> rows) {
   courses_.clear();
-  const double last = layer_.last_substep / substep * step_size_;
   for (const EntityRow row : rows) {
     const uint32_t column = Index(row);
     Course& course = courses_.emplace_back();
@@ -35,7 +34,7 @@ void Courses::Find(std::span<const EntityRow> rows, double substep) {
     course.linear = state_.linear_velocities.col(column);
     course.angular = state_.angular_velocities.col(column);
     HalfStep& half = layer_.half_steps[column];
-    const double interval = (last + step_size_) / 2;
+    const double interval = (layer_.last_step + step_size_) / 2;
     // What it keeps is of no contacts, which do not move it, but of how it was led. Who was not stood still.
     const Vector3 rate = (half.has_past ? Vector3(course.linear - half.velocity) : course.linear) / interval;
     const Vector3 turn_rate = (half.has_past ? Vector3(course.angular - half.momentum) : course.angular) / interval;

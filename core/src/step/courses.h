@@ -24,8 +24,8 @@ class Courses {
   Courses(LayerState& layer, StateArrays& state, double step_size)
       : layer_(layer), state_(state), step_size_(step_size) {}
 
-  /// Those of the active kinematic `rows`, ascending, over the step in substeps of `substep` seconds.
-  void Find(std::span<const EntityRow> rows, double substep);
+  /// Those of the active kinematic `rows`, ascending, over the step.
+  void Find(std::span<const EntityRow> rows);
   bool empty() const { return courses_.empty(); }
   /// Whether all go on in this step as in the last one.
   bool AreEven() const;

@@ -187,13 +187,14 @@ void StepRun::Advance() {
   }
   FinishFlight();
   CountForcesDown();
+  world_.layer_.last_step = step_size_;
 }
 
 // What contacts, joints or command move, in the engine's lane.
 void StepRun::RunEngine(uint32_t substeps) {
   // Commands may have made somebody too fast, whom nobody is to meet then.
   RetireStrays();
-  courses_.Find(kinematic_rows_, substep_);
+  courses_.Find(kinematic_rows_);
   SettleBeforehand();
   for (uint32_t i = 0; i < substeps; ++i) {
     courses_.Follow((i + 0.5) / substeps, *world_.engine_);
