@@ -1,5 +1,6 @@
 // A step that needs more than its world may use leaves no trace, and the world goes on.
 #include <algorithm>
+#include <array>
 
 #include "conformance/engine_test.h"
 #include "genphys/limits.h"
@@ -109,6 +110,39 @@ TEST_P(Budget, AStepThatGrowsTooFarIsUndoneAndItsWorldGoesOn) {
     ASSERT_TRUE(world.state().positions.allFinite() && world.state().linear_velocities.allFinite());
   }
   EXPECT_GT(refused, kScenes);
+}
+
+// Two balls in one place, for which there is too little now and then.
+struct Crowded {
+  explicit Crowded(const std::string& engine) : world(MakeWorld(engine)) {
+    for (EntityId& ball : balls) ball = Add(*world, Ball({0, 0, 5}));
+  }
+  void RefuseAStep() const {
+    world->set_budget({0, 0});
+    EXPECT_EQ(ReasonOf(world->Step()), Reason::kBudgetExceeded);
+    world->set_budget({});
+  }
+
+  std::unique_ptr<World> world;
+  std::array<EntityId, 2> balls;
+};
+
+TEST_P(Budget, AStepThatIsUndoneIsNoneInWhichALiftStood) {
+  Proves({Claim::kMotionTypes});
+  const Crowded bound(GetParam()), free(GetParam());
+  for (const Crowded* each : {&bound, &free}) {
+    World& world = *each->world;
+    EntityDesc floor = Crate({20, 0, 5});
+    floor.rigid_body->motion_type = MotionType::kKinematic;
+    floor.rigid_body->linear_velocity = {0, 0, 1};
+    const EntityId lift = Add(world, floor);
+    Steps(world, 5);
+    Do(world, SetVelocity{.id = lift, .linear = Vector3(0, 0, 0)});
+    if (each == &bound) each->RefuseAStep();
+    Do(world, SetVelocity{.id = lift, .linear = Vector3(0, 0, 1)});
+    Steps(world, 1);
+  }
+  EXPECT_TRUE(AllButTheEngineOf(*bound.world) == AllButTheEngineOf(*free.world));
 }
 
 // Memory grows with the square of how many lie in one place.

@@ -49,6 +49,32 @@ TEST_P(HeldOtherwise, ALiftThatDropsLeavesWhatItCarriedInFreeFall) {
   }
 }
 
+// That it went so fast before, with nobody on it, says nothing of how it carries now.
+TEST_P(HeldOtherwise, ALiftThatWentDownEmptyBeforeDropsLikeOneThatStood) {
+  Proves({Claim::kKinematicPush, Claim::kEngineChange});
+  const Vector3 drop(0, 0, -8);
+  for (const bool is_engine_new : {false, true}) {
+    const auto world = OnFloor(GetParam());
+    EntityDesc floor = Floor(MotionType::kKinematic);
+    floor.pose.position.z() += 8 * 0.5;
+    const EntityId lift = Add(*world, floor);
+    const EntityId crate = Add(*world, Crate({0, 0, 10}));
+    Do(*world, SetVelocity{.id = lift, .linear = drop});
+    Steps(*world, 30);
+    Do(*world, SetVelocity{.id = lift, .linear = Vector3(0, 0, 0)});
+    Steps(*world, 240);
+    ASSERT_NEAR(PositionOf(*world, crate).z(), 0.5, kTouch);
+    if (is_engine_new) {
+      Do(*world, SetEngine{"none"});
+      Do(*world, SetEngine{GetParam()});
+    }
+    const double start = PositionOf(*world, crate).z();
+    Do(*world, SetVelocity{.id = lift, .linear = drop});
+    Steps(*world, 30);
+    EXPECT_NEAR(PositionOf(*world, crate).z(), start - Fallen(0.5), kAtOnce) << is_engine_new;
+  }
+}
+
 TEST_P(HeldOtherwise, WhatARisingLiftCarriedFliesOnWhenItStops) {
   Proves({Claim::kKinematicPush, Claim::kKinematicLed});
   constexpr double kSpeed = 2;

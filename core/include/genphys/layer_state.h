@@ -102,7 +102,7 @@ struct HalfStep {
   bool is_woken = false;      // it slept at the last solve
   bool is_drawn = false;      // what joints give it may be another thing than in the last solve
   bool is_mean = false;       // `held_rate` is the mean of what joints gave before a jump and give since, and not owed
-  // In the middle of the last substep; of a kinematic body as it was when it was last looked at.
+  // In the middle of the last substep; of a kinematic body as told for the step that led it last.
   Vector3 velocity = Vector3::Zero();       // m/s, of the centre of mass
   Vector3 momentum = Vector3::Zero();       // angular, kg*m^2/s, world; of a kinematic body its spin, rad/s
   Vector3 steady_kick = Vector3::Zero();    // m/s still owed by gravity and by forces that stay as they are
@@ -114,6 +114,7 @@ struct HalfStep {
   double peak = 0;                          // J, of its turning while joints hold it: the most that it lately had
   double unearned = 0;                      // J, of that: what it got beyond what was done to it
   double substep = 0;                       // s, the last one that it took part in: what is owed is for half of it
+  uint64_t last_led = 0;                    // of a kinematic body: the step that led it last, the first one being 1
 
   /// For how long (s) a solve acts on the velocity: from the middle of the last substep, of `last` seconds, to the
   /// middle of the next one, of `h` seconds.

@@ -137,8 +137,8 @@ void Put(ByteWriter& out, const LastTouch& value) {
 
 void Put(ByteWriter& out, const HalfStep& value) {
   const auto& [restarts, in_flight, has_past, since_restart, is_struck, is_woken, is_drawn, is_mean, velocity, momentum,
-               steady_kick, steady_twist, held_velocity, held_momentum, held_rate, held_torque, peak, unearned,
-               substep] = value;
+               steady_kick, steady_twist, held_velocity, held_momentum, held_rate, held_torque, peak, unearned, substep,
+               last_led] = value;
   out.Put(restarts);
   out.Put(in_flight);
   out.Put(has_past);
@@ -153,6 +153,7 @@ void Put(ByteWriter& out, const HalfStep& value) {
   out.Put(peak);
   out.Put(unearned);
   out.Put(substep);
+  out.Put(last_led);
 }
 
 }  // namespace

@@ -23,6 +23,11 @@ bool IsJump(const Vector3& before, const Vector3& after) {
   return (after - before).norm() > kJump * std::max(before.norm(), after.norm());
 }
 
+void ForgetCourse(HalfStep& half) {
+  half.has_past = false;
+  for (Vector3* of : {&half.velocity, &half.momentum, &half.held_rate, &half.held_torque}) of->setZero();
+}
+
 }  // namespace
 
 void Courses::Find(std::span<const EntityRow> rows) {
@@ -34,6 +39,7 @@ void Courses::Find(std::span<const EntityRow> rows) {
     course.linear = state_.linear_velocities.col(column);
     course.angular = state_.angular_velocities.col(column);
     HalfStep& half = layer_.half_steps[column];
+    if (!WasLed(half)) ForgetCourse(half);
     const double interval = (layer_.last_step + step_size_) / 2;
     // What it keeps is of no contacts, which do not move it, but of how it was led. Who was not stood still.
     const Vector3 rate = (half.has_past ? Vector3(course.linear - half.velocity) : course.linear) / interval;
@@ -89,21 +95,22 @@ void Courses::End(BackendWorld& engine) {
   Follow(0.5, engine);
   for (const Course& course : courses_) {
     if (layer_.faulted[Index(course.row)]) continue;
-    Note(course.row);
-    layer_.half_steps[Index(course.row)].has_past = true;
+    HalfStep& half = layer_.half_steps[Index(course.row)];
+    half.velocity = course.linear;
+    half.momentum = course.angular;
+    half.has_past = true;
+    half.last_led = layer_.step + 1;
   }
 }
 
 bool Courses::IsLedOtherwise(EntityRow row) const {
   const HalfStep& last = layer_.half_steps[Index(row)];
-  return IsJump(last.velocity, state_.linear_velocities.col(Index(row))) ||
-         IsJump(last.momentum, state_.angular_velocities.col(Index(row)));
+  const Vector3 linear = state_.linear_velocities.col(Index(row)), angular = state_.angular_velocities.col(Index(row));
+  if (!WasLed(last)) return !linear.isZero(0) || !angular.isZero(0);
+  return IsJump(last.velocity, linear) || IsJump(last.momentum, angular);
 }
 
-void Courses::Note(EntityRow row) {
-  HalfStep& half = layer_.half_steps[Index(row)];
-  half.velocity = state_.linear_velocities.col(Index(row));
-  half.momentum = state_.angular_velocities.col(Index(row));
-}
+// Who was not stood still in the last step, however it went before.
+bool Courses::WasLed(const HalfStep& half) const { return half.has_past && half.last_led == layer_.step; }
 
 }  // namespace genphys

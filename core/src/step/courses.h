@@ -41,10 +41,8 @@ class Courses {
   /// Shows what was told, and remembers it.
   void End(BackendWorld& engine);
 
-  /// Whether what moves by itself goes on otherwise than it was led in the last substep.
+  /// Whether what moves by itself goes on otherwise than it was led in the last step.
   bool IsLedOtherwise(EntityRow row) const;
-  /// Remembers how it is led now.
-  void Note(EntityRow row);
 
  private:
   struct Course {
@@ -61,6 +59,8 @@ class Courses {
 
     bool IsEven() const;
   };
+
+  bool WasLed(const HalfStep& half) const;
 
   LayerState& layer_;
   StateArrays& state_;

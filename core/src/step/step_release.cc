@@ -155,16 +155,15 @@ void StepRun::RestartFallen() {
 
 // A lift that starts or stops at once holds what it carries by another force from then on.
 void StepRun::RestartCarried() {
-  std::vector<EntityRow> leaders, carried;
+  std::vector<EntityRow> carried;
   for (const ContactPair& pair : world_.contacts_.pairs) {
     for (const auto& [leader, other] :
          {std::pair(pair.entity_a, pair.entity_b), std::pair(pair.entity_b, pair.entity_a)}) {
       if (IsDynamic(leader) || !courses_.IsLedOtherwise(leader) || !Holds(pair)) continue;
-      leaders.push_back(leader);
       carried.push_back(other);
     }
   }
-  if (leaders.empty()) return;
+  if (carried.empty()) return;
   DisjointSets sets = HangTogether();
   RowMarks& marks = scratch_.held;
   marks.Clear();
@@ -176,10 +175,6 @@ void StepRun::RestartCarried() {
   }
   for (size_t i = 0; i < movers_.size(); ++i) {
     if (restarts[root_of(i)]) world_.layer_.half_steps[Index(movers_[i].row)].RestartNowAndThen();
-  }
-  for (const EntityRow row : leaders) {
-    undo_.Keep(row);
-    courses_.Note(row);
   }
 }
 

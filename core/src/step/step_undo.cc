@@ -86,7 +86,6 @@ void StepUndo::PutBack(const Row& saved) {
   // What an engine has solved is more exact than the columns made of it, which it need not be told.
   if (has_moved) world_.TellPose(saved.row);
   world_.UpdateActive(saved.row);
-  // Who is led is taken for one that stood still while that is put back.
   layer.half_steps[row] = saved.half;
 }
 

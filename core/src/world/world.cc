@@ -233,9 +233,6 @@ void World::AddToEngine(EntityRow row) {
 void World::UpdateActive(EntityRow row) {
   const bool should = ShouldBeActive(row);
   if (should == active_[Index(row)]) return;
-  // What moves by itself stood still if it was not led in the last step.
-  const bool stood = should && !lately_active_[Index(row)];
-  if (stood && !scene_.entities[Index(row)]->traits.is_dynamic) layer_.half_steps[Index(row)].has_past = false;
   SetActive(row, should);
   contacts_stale_ = true;
   const auto& body = scene_.entities[Index(row)]->desc->rigid_body;
