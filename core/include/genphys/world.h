@@ -120,7 +120,7 @@ class World {
   /// the points where they lie.
   Result<std::vector<EntityContact>> ContactsOf(EntityId id) const;
 
-  /// Hash of description, columns, layer state and the engine's private state: equal hashes, equal futures.
+  /// Hash of description, columns, layer state and the engine's private state: equal after a step, equal futures.
   uint64_t StateHash() const;
 
   /// With how much a step may begin; within it there may be a quarter more. Only tests have a reason to set it.
