@@ -41,6 +41,26 @@ TEST_P(Changes, AreToldOfJoints) {
   EXPECT_EQ(gone[0].pair, (EntityPair{EntityId(), b}));
 }
 
+TEST_P(Changes, WhoIsOutOfTheWorldIsToldOfWhereTheyAreAndNowhereElse) {
+  Proves({Claim::kFaultEvents});
+  for (const bool are_told : {false, true}) {
+    WorldDesc desc{.engine = GetParam(), .ground_plane = false};
+    desc.recorded_events.changes = are_told;
+    const auto world = testing::MakeWorld(desc);
+    EntityDesc rocket = Ball({1e7 - 1, 0, 5});
+    rocket.rigid_body->linear_velocity = {1e5, 0, 0};
+    const EntityId id = Add(*world, rocket);
+    world->TakeEvents();
+    const uint64_t next = world->layer_state().next_event_sequence;
+
+    Steps(*world, 3);
+
+    EXPECT_TRUE(Asleep(*world, id)) << "it is out, told or not";
+    EXPECT_EQ(Of<EntityFaulted>(world->TakeEvents()).size(), are_told ? 1u : 0u);
+    EXPECT_EQ(world->layer_state().next_event_sequence, next + (are_told ? 1 : 0));
+  }
+}
+
 TEST_P(Changes, AreToldOfForceFields) {
   const auto world = MakeSpace(GetParam(), {}, Vector3::Zero());
   const EntityId a = Add(*world, Ball({0, 0, 0})), b = Add(*world, Ball({2, 0, 0}));

@@ -20,7 +20,7 @@ struct EventKinds {
   bool sleeping = true;
   bool moving = false;  // started, stopped
   bool joints = true;   // broken ones
-  bool changes = true;  // entities, joints and force fields created, updated, deleted
+  bool changes = true;  // entities, joints and force fields created, updated, deleted; entities faulted
   bool operator==(const EventKinds&) const = default;
 };
 

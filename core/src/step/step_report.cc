@@ -63,7 +63,9 @@ void StepRun::Report() {
   }
   if (!sleepers.empty()) world_.LayLying();
   if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
-  for (EntityId id : faulted_) events.push_back(EntityFaulted{id});
+  for (EntityId id : faulted_) {
+    if (kinds.changes) events.push_back(EntityFaulted{id});
+  }
   if (kinds.joints) {
     for (const JointBroke& broken : broken_) events.push_back(broken);
   }
