@@ -325,6 +325,22 @@ TEST_P(Forces, TheNetForceOfARestingCrateIsNothingAndOfAFallingOneItsWeight) {
   EXPECT_NEAR(world->state().net_forces(2, falling.index()), -3 * 9.81, 3 * 9.81 * kRounding);
 }
 
+TEST_P(Forces, TheNetForceOnWhoIsOutOfTheWorldIsNothing) {
+  Proves({Claim::kNetForce, Claim::kBounds});
+  const auto world = Weightless(GetParam());
+  const EntityId id = Add(*world, Rocket(2));
+  Do(*world, ApplyForce{.id = id, .force = {0, 3, 0}, .torque = {0, 0, 1}, .steps = 100});
+  Steps(*world, 1);
+  ASSERT_NEAR(world->state().net_forces(1, id.index()), 3, kRounding);
+  ASSERT_GT(world->state().net_torques(2, id.index()), 0);
+
+  Steps(*world, 1);
+
+  ASSERT_EQ(Of<EntityFaulted>(world->TakeEvents()).size(), 1u);
+  EXPECT_EQ(world->state().net_forces.col(id.index()), Vector3(0, 0, 0));
+  EXPECT_EQ(world->state().net_torques.col(id.index()), Vector3(0, 0, 0));
+}
+
 // However much it takes in a step: of a thousandth, and so much that no number is as small as what is left.
 TEST_P(Forces, TheNetTorqueOnWhatFliesIsWhatDampingTakes) {
   Proves({Claim::kNetForce, Claim::kDamping});

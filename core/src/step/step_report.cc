@@ -64,6 +64,8 @@ void StepRun::Report() {
   if (!sleepers.empty()) world_.LayLying();
   if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
   for (EntityId id : faulted_) {
+    state_.net_forces.col(id.index()).setZero();
+    state_.net_torques.col(id.index()).setZero();
     if (kinds.changes) events.push_back(EntityFaulted{id});
   }
   if (kinds.joints) {
