@@ -127,6 +127,25 @@ struct Crowded {
   std::array<EntityId, 2> balls;
 };
 
+TEST_P(Budget, AFirstStepThatIsUndoneIsNoBeginningToComeBackTo) {
+  const Crowded crowded(GetParam());
+  World& world = *crowded.world;
+  crowded.RefuseAStep();
+  // As it is told to.
+  Do(world, DeleteEntity{crowded.balls[1]});
+  const EntityId late = Add(world, Ball({9, 0, 5}));
+  const uint64_t before = world.StateHash();
+
+  for (const int steps : {0, 5}) {
+    Steps(world, steps);
+    world.Reset();
+    EXPECT_EQ(world.layer_state().step, 0u);
+    EXPECT_EQ(RefusalOf(world.CheckId(crowded.balls[1], "")).value_or(Refusal{}).reason, Reason::kStaleId);
+    EXPECT_TRUE(world.CheckId(late, "").ok());
+    EXPECT_EQ(world.StateHash(), before) << "after " << steps << " steps";
+  }
+}
+
 TEST_P(Budget, AStepThatIsUndoneIsNoneInWhichALiftStood) {
   Proves({Claim::kMotionTypes});
   const Crowded bound(GetParam()), free(GetParam());

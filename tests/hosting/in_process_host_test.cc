@@ -17,13 +17,14 @@
 #include "genphys/hosting/in_process_host.h"
 #include "genphys/hosting/world_methods.h"
 #include "genphys/v1/simulation_service.pb.h"
+#include "genphys/work_watch.h"
 
 namespace genphys {
 namespace {
 
 constexpr std::chrono::seconds kPatience{60};  // only what hangs meets it
 
-enum class Failure { kNone, kFault, kNoMemory, kHang };
+enum class Failure { kNone, kFault, kNoMemory, kHang, kCutShort };
 
 // Moves nothing, and fails in every step when told to.
 class FlakyWorld final : public BackendWorld {
@@ -38,6 +39,7 @@ class FlakyWorld final : public BackendWorld {
   void Solve(double, std::span<const EntityRow>, StateArrays&, ContactBuffer&, std::span<JointRow>) override {
     if (failure_ == Failure::kFault) throw EngineFault("on purpose");
     if (failure_ == Failure::kNoMemory) throw std::bad_alloc();
+    if (failure_ == Failure::kCutShort) throw CutShort(absl::CancelledError("enough"));
     if (failure_ == Failure::kHang) failure_.wait(Failure::kHang);
   }
   void SaveState(std::string&) const override {}
@@ -72,14 +74,17 @@ class Bench {
   std::shared_ptr<WorldHost> MakeWorldWithBall(const std::string& name, const std::string& engine = "flaky") {
     auto host = InProcessHost::Create(registry, pool, name, v1::World(), engine);
     EXPECT_TRUE(host.ok()) << host.status().ToString();
+    AddBall(**host);
+    return *host;
+  }
+  static void AddBall(WorldHost& host) {
     v1::CreateEntityRequest request;
-    request.set_world(name);
+    request.set_world("worlds/any");
     v1::RigidBody& body = *request.mutable_entity()->mutable_rigid_body();
     body.add_geometries()->mutable_shape()->mutable_sphere()->set_radius(1);
     // Who flies freely is no business of the engine.
     body.set_linear_speed_max(1e3);
-    EXPECT_TRUE(Ask(**host, WorldMethod::kCreateEntity, request).ok());
-    return *host;
+    EXPECT_TRUE(Ask(host, WorldMethod::kCreateEntity, request).ok());
   }
   static std::future<Result<EncodedMessage>> Send(WorldHost& host, WorldCall call) {
     auto promise = std::make_shared<std::promise<Result<EncodedMessage>>>();
@@ -231,6 +236,37 @@ TEST_P(FailingEngine, DoesNotDisturbOtherWorlds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(InEveryWay, FailingEngine, ::testing::Values(Failure::kFault, Failure::kNoMemory));
+
+// Nobody comes back to a first step that was undone: what was changed since then is there before the one to come.
+TEST(InProcessHost, ResetsToWhatIsThereWhileNoStepWasDone) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  const auto list = [&] {
+    v1::ListEntitiesRequest request;
+    request.set_world("worlds/any");
+    const Result<EncodedMessage> reply = Bench::Ask(*host, WorldMethod::kListEntities, request);
+    v1::ListEntitiesResponse response;
+    EXPECT_TRUE(reply.ok() && response.ParseFromString(Joined(*reply))) << reply.status();
+    return response;
+  };
+  v1::ResetWorldRequest reset;
+  reset.set_name("worlds/a");
+  bench.failure = Failure::kCutShort;
+  EXPECT_FALSE(Bench::Step(*host).ok());
+  bench.failure = Failure::kNone;
+  Bench::AddBall(*host);
+  const v1::ListEntitiesResponse before = list();
+
+  for (const int steps : {0, 3}) {
+    for (int i = 0; i < steps; ++i) EXPECT_TRUE(Bench::Step(*host).ok());
+    ASSERT_TRUE(Bench::Ask(*host, WorldMethod::kResetWorld, reset).ok());
+
+    const v1::ListEntitiesResponse after = list();
+    EXPECT_EQ(after.entities_size(), before.entities_size());
+    EXPECT_EQ(after.last_sequence(), before.last_sequence()) << "after " << steps << " steps";
+    EXPECT_EQ(after.stamp().step(), 0u);
+  }
+}
 
 // The code with which a query ends that asks whether it is still wanted.
 absl::StatusCode EndOfQuery(std::chrono::steady_clock::time_point deadline, std::function<bool()> is_cancelled) {

@@ -21,7 +21,10 @@ Status World::Step(std::optional<double> step_size) {
   GENPHYS_RETURN_IF_ERROR(CheckNumber(size, Limits::kStepSizeMin, Limits::kStepSizeMax, "step_size_seconds"));
   if (scratch_ == nullptr) scratch_ = std::make_unique<StepScratch>();
   if (layer_.step == 0) initial_.reset(new Initial{scene_, state_, layer_});
-  return StepRun(*this, size).Run();
+  const Status status = StepRun(*this, size).Run();
+  // The first step is still to come, and what commands do until then is there before it.
+  if (!status.ok() && !faulted_ && layer_.step == 0) initial_.reset();
+  return status;
 }
 
 bool World::IsAtRest() const {

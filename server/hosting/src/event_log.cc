@@ -35,6 +35,11 @@ void EventLog::MarkBeginning() {
   beginning_ = chunks_;
 }
 
+void EventLog::ForgetBeginning() {
+  const std::lock_guard lock(mutex_);
+  beginning_.reset();
+}
+
 void EventLog::Restart(const Stamp& now) {
   const std::lock_guard lock(mutex_);
   past_ = {now_, chunks_.last_sequence};

@@ -162,11 +162,17 @@ Result<std::vector<CreatedId>> HostedWorld::Apply(std::span<const Command> comma
 }
 
 Status HostedWorld::Step(std::optional<double> step_size) {
-  if (world_->layer_state().step == 0) {
+  const bool is_first = world_->layer_state().step == 0;
+  if (is_first) {
     events_->MarkBeginning();
     has_beginning_ = true;
   }
   const Status status = world_->Step(step_size);
+  // The first step is still to come, and what commands do until then happens before it.
+  if (is_first && !status.ok() && !world_->faulted()) {
+    events_->ForgetBeginning();
+    has_beginning_ = false;
+  }
   keyframes_.FollowStep(*world_);
   return status;
 }

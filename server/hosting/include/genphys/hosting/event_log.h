@@ -90,6 +90,8 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   void Append(const Stamp& now, std::shared_ptr<const EventChunk> chunk);
   /// Remembers the present as what Restart() comes back to.
   void MarkBeginning();
+  /// Without a mark it comes back to the present that it finds then.
+  void ForgetBeginning();
   /// A new epoch begins at the mark: what came before the mark happens again, under the same numbers.
   void Restart(const Stamp& now);
   /// Ends all present and future streams with `why`, after what is there was delivered.
