@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <utility>
 
 #include "genphys/limits.h"
@@ -431,7 +432,8 @@ void StepRun::Retire(std::span<const EntityRow> strays) {
   const auto is_stray = [&](EntityRow row) { return scratch_.strays[row]; };
   undo_.KeepPassages();
   undo_.KeepForces();
-  for (const StepUndo::Row& saved : undo_.rows()) {
+  // The earliest of one row is put last.
+  for (const StepUndo::Row& saved : undo_.rows() | std::views::reverse) {
     if (is_stray(saved.row)) state_.set_pose(saved.row, saved.pose);
   }
   for (const EntityRow entity : strays) {
