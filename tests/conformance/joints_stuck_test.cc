@@ -54,7 +54,7 @@ struct Led {
 // How fast the hand goes is asked of the box, too, until the joint is seen to be in the way: the faster it is led, the
 // more may be left of that.
 void ExpectStaysAndFollows(Led led, double depth) {
-  const double moved = 0.002 + 0.1 * depth, speed = 0.2 + 6 * depth;
+  const double moved = 0.002 + 0.12 * depth, speed = 0.2 + 6 * depth;
   led.Lead(-depth, 1);
   EXPECT_LE(led.farthest, moved) << "the floor bears it";
   EXPECT_LE(led.fastest, speed);

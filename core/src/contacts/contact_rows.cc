@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "contacts/even_share.h"
 #include "contacts/solver_rows.h"
 #include "contacts/sweeps.h"
 
@@ -36,6 +37,10 @@ void ContactSweeps::Impl::WriteRows(bool direct) {
     to.a = added.a;
     to.b = added.b;
     FillJointRow(*added.row, bodies_[to.a], bodies_[to.b], to);
+  }
+  for (const AddedPair& added : pairs_) {
+    // What is in the way of a joint is pressed without bounds, and a little of that is much.
+    if (!IsStuck(added.a, added.b)) ShareEvenly(added.points, added.impulses);
   }
   FindGoingOn();
   grips_.Find(pairs_, bodies_, direct, are_few_);

@@ -271,8 +271,8 @@ bool ContactSweeps::Impl::Leap() {
   return true;
 }
 
-bool ContactSweeps::Impl::IsStuck(const SolverRow& row) const {
-  return std::ranges::any_of(std::array{row.a, row.b},
+bool ContactSweeps::Impl::IsStuck(uint32_t a, uint32_t b) const {
+  return std::ranges::any_of(std::array{a, b},
                              [&](uint32_t body) { return body < is_stuck_.size() && is_stuck_[body] != 0; });
 }
 
@@ -286,7 +286,7 @@ void ContactSweeps::Impl::TakeImpulses() {
     }
     added.point->normal_impulse = normals_[i].impulse;
     added.point->friction_impulse = across;
-    const double kept = IsStuck(normals_[i]) ? kStuckPart : 1;
+    const double kept = IsStuck(normals_[i].a, normals_[i].b) ? kStuckPart : 1;
     *added.impulse = {kept * normals_[i].impulse, kept * across, Vector3::Zero()};
   }
   for (const Torsion& row : torsions_) {

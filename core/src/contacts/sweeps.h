@@ -99,7 +99,7 @@ class ContactSweeps::Impl {
   // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
   // above.
   bool PushDirectly(BoundedSolver& solver, double settled);
-  bool IsStuck(const SolverRow& row) const;
+  bool IsStuck(uint32_t a, uint32_t b) const;
   void TakeImpulses();
   void TakeMotions();
 
