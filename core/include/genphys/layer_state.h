@@ -136,10 +136,31 @@ struct HalfStep {
   void Forget() { *this = HalfStep{}; }
 };
 
-/// From where an entity at rest is watched that it stays there.
+/// How a velocity changed since somebody began to look.
+struct Drift {
+  Vector3 first = Vector3::Zero();
+  Vector3 last = Vector3::Zero();
+  double changes = 0;  // the sum of all
+
+  void Begin(const Vector3& velocity) { *this = {velocity, velocity, 0}; }
+  void Look(const Vector3& velocity) {
+    changes += (velocity - last).norm();
+    last = velocity;
+  }
+  /// By more than `least`, and mostly in one direction: not as what trembles.
+  bool IsSteady(double least) const {
+    constexpr double kMostly = 0.9;
+    const double all = (last - first).norm();
+    return all > least && all > kMostly * changes;
+  }
+};
+
+/// From where an entity at rest is watched that it stays there, and is not on its way.
 struct RestWatch {
   double time = 0;  // s since it was there
   Pose from;
+  Drift linear;   // m/s
+  Drift angular;  // rad/s
 };
 
 /// All that the future depends on besides the description and the columns. Fields are written by Serialize() alone;

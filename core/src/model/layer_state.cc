@@ -41,11 +41,20 @@ void Put(ByteWriter& out, const TouchingPair& value) {
   out.Put(a_is_sensor);
 }
 
+void Put(ByteWriter& out, const Drift& value) {
+  const auto& [first, last, changes] = value;
+  out.Put(first);
+  out.Put(last);
+  out.Put(changes);
+}
+
 void Put(ByteWriter& out, const RestWatch& value) {
-  const auto& [time, from] = value;
+  const auto& [time, from, linear, angular] = value;
   out.Put(time);
   out.Put(from.position);
   out.Put(from.orientation);
+  Put(out, linear);
+  Put(out, angular);
 }
 
 void Put(ByteWriter& out, const PendingForce& value) {

@@ -11,6 +11,13 @@ constexpr double kTrembleMax = 4;
 // as far as at the speed that it has in the end.
 constexpr double kDriftMax = 0.5;
 
+// The part of the speeds at which it rests at most. What steadily comes to go by so much faster, or in another
+// direction, is pushed, and nothing holds it there: a hundredth of a metre per second each second shows within half a
+// second.
+constexpr double kDriven = 0.15;
+// The part of its rest time for which one is looked at before that: a single jolt is no push.
+constexpr double kKnown = 0.25;
+
 enum class Motion { kRests, kTrembles, kMoves };
 
 Motion MotionOf(const StateArrays& state, uint32_t row, const BodyTraits& traits, bool is_pushed) {
@@ -29,11 +36,37 @@ bool IsThere(const Pose& from, const Pose& pose, const SceneEntity& entity) {
          pose.orientation.angularDistance(from.orientation) <= traits.rest_spin * time;
 }
 
-void Advance(double& time, RestWatch& watch, const Pose& pose, double rest_time, double step_size) {
-  const bool begins = time == 0;
+// What a brake or friction stops is at rest once it is slow enough, though it steadily gets slower. What only joints
+// hold swings back, and what stands on something by joints trembles.
+bool IsDriven(const Drift& drift, double speed_max, EntityRow row, const RestMarks& marks) {
+  if (!drift.IsSteady(kDriven * speed_max)) return false;
+  return marks.jointed[row] ? marks.swings(row) : drift.last.dot(drift.last - drift.first) > 0;
+}
+
+// Of the entity in `row`, which rests on, or not if it turns out to be driven.
+void Advance(const StateArrays& state, uint32_t row, const BodyTraits& traits, const RestMarks& marks, double step_size,
+             LayerState& layer) {
+  double& time = layer.rest_times[row];
+  RestWatch& watch = layer.rest_watches[row];
+  const Vector3 velocity = state.linear_velocities.col(row), spin = state.angular_velocities.col(row);
+  bool begins = time == 0;
+  if (!begins) {
+    watch.linear.Look(velocity);
+    watch.angular.Look(spin);
+    const bool is_known = watch.time >= kKnown * traits.rest_time;
+    if (is_known && (IsDriven(watch.linear, traits.rest_speed, EntityRow{row}, marks) ||
+                     IsDriven(watch.angular, traits.rest_spin, EntityRow{row}, marks))) {
+      time = 0;
+      begins = true;
+    }
+  }
   time += step_size;
   watch.time += step_size;
-  if (begins || watch.time >= rest_time) watch = {0, pose};
+  if (!begins && watch.time < traits.rest_time) return;
+  watch.time = 0;
+  watch.from = state.pose(EntityRow{row});
+  watch.linear.Begin(velocity);
+  watch.angular.Begin(spin);
 }
 
 // By row.
@@ -49,12 +82,9 @@ std::vector<uint8_t> WhoTouches(const StateArrays& state, const LayerState& laye
 }  // namespace
 
 void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vector<EntityRow>& rows,
-                  const RowMarks& pushed, double step_size, LayerState& layer) {
+                  const RestMarks& marks, double step_size, LayerState& layer) {
   std::vector<uint32_t> trembling;
-  const auto advance = [&](uint32_t row) {
-    const double rest_time = scene.entities[row]->traits.rest_time;
-    Advance(layer.rest_times[row], layer.rest_watches[row], state.pose(EntityRow{row}), rest_time, step_size);
-  };
+  const auto advance = [&](uint32_t row) { Advance(state, row, scene.entities[row]->traits, marks, step_size, layer); };
   for (const EntityRow entity : rows) {
     const uint32_t row = Index(entity);
     const BodyTraits& traits = scene.entities[row]->traits;
@@ -62,7 +92,7 @@ void AdvanceRests(const Scene& scene, const StateArrays& state, const std::vecto
       layer.rest_times[row] = 0;
       continue;
     }
-    switch (MotionOf(state, row, traits, pushed[entity])) {
+    switch (MotionOf(state, row, traits, marks.pushed[entity])) {
       case Motion::kRests:
         advance(row);
         break;

@@ -53,7 +53,13 @@ void StepRun::Report() {
   const auto in_engine = static_cast<std::ptrdiff_t>(rows_.size());
   for (const Flyer& flyer : flyers_) rows_.push_back(flyer.row);
   std::inplace_merge(rows_.begin(), rows_.begin() + in_engine, rows_.end());
-  AdvanceRests(world_.scene_, state_, rows_, scratch_.pushed, step_size_, layer);
+  const auto swings = [this](EntityRow row) {
+    scratch_.linked.Clear();
+    return std::ranges::none_of(joints_.TiedTo(row, scratch_.linked).rows,
+                                [this](EntityRow tied) { return scratch_.held[tied]; });
+  };
+  const RestMarks marks{.pushed = scratch_.pushed, .jointed = scratch_.jointed, .swings = swings};
+  AdvanceRests(world_.scene_, state_, rows_, marks, step_size_, layer);
   const std::vector<EntityRow> sleepers =
       RowsToSleep(world_.scene_, rows_, world_.joint_index_, world_.active_, layer, scratch_.places);
   world_.RememberTouches(sleepers);
