@@ -268,6 +268,41 @@ TEST(InProcessHost, ResetsToWhatIsThereWhileNoStepWasDone) {
   }
 }
 
+// What comes along with a first step is of the episode, not of the beginning, unless no step comes of it.
+TEST(InProcessHost, ResetsToBeforeWhatCameAlongWithTheFirstStep) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  v1::StepRequest along;
+  along.set_world("worlds/any");
+  v1::CreateEntity& create = *along.add_commands()->mutable_create_entity();
+  create.mutable_entity()->mutable_rigid_body()->add_geometries()->mutable_shape()->mutable_sphere();
+  create.mutable_entity()->mutable_rigid_body()->set_linear_speed_max(1e3);
+  create.mutable_entity()->mutable_pose()->mutable_position()->set_z(50);
+  const auto created = [&] {
+    const Result<EncodedMessage> reply = Bench::Ask(*host, WorldMethod::kStep, along);
+    v1::StepResponse response;
+    if (!reply.ok() || !response.ParseFromString(Joined(*reply))) return uint64_t{0};
+    return response.results(0).created_id();
+  };
+  v1::ResetWorldRequest reset;
+  reset.set_name("worlds/a");
+
+  const uint64_t first = created();
+  ASSERT_NE(first, 0u);
+  for (int episode = 0; episode < 2; ++episode) {
+    ASSERT_TRUE(Bench::Ask(*host, WorldMethod::kResetWorld, reset).ok());
+    EXPECT_EQ(created(), first) << "it was not there yet";
+  }
+
+  ASSERT_TRUE(Bench::Ask(*host, WorldMethod::kResetWorld, reset).ok());
+  bench.failure = Failure::kCutShort;
+  EXPECT_EQ(created(), 0u);
+  bench.failure = Failure::kNone;
+  EXPECT_TRUE(Bench::Step(*host).ok());
+  ASSERT_TRUE(Bench::Ask(*host, WorldMethod::kResetWorld, reset).ok());
+  EXPECT_GT(created(), first) << "without a step of its own it was there before the first one";
+}
+
 // The code with which a query ends that asks whether it is still wanted.
 absl::StatusCode EndOfQuery(std::chrono::steady_clock::time_point deadline, std::function<bool()> is_cancelled) {
   Bench bench;

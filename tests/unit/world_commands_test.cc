@@ -256,6 +256,39 @@ TEST(Reset, BringsBackWhatWasThereBeforeTheFirstStep) {
   EXPECT_EQ(world->StateHash(), before);
 }
 
+// Who does the same again tells them again.
+TEST(Reset, BringsBackNoForces) {
+  const auto world = MakeWorld("ode");
+  const EntityId ball = Add(*world, Ball({0, 0, 200}));
+  std::vector<Vector3> velocities;
+  for (int episode = 0; episode < 3; ++episode) {
+    Do(*world, ApplyForce{.id = ball, .force = {5, 0, 0}, .steps = 10});
+    Do(*world, ApplyForce{.id = ball, .force = {0, 3, 0}, .sampled = true});
+    Steps(*world, 20);
+    velocities.push_back(VelocityOf(*world, ball));
+    world->Reset();
+  }
+  EXPECT_GT(velocities[0].x(), 0);
+  EXPECT_EQ(velocities[1], velocities[0]);
+  EXPECT_EQ(velocities[2], velocities[0]);
+}
+
+TEST(Reset, GoesBackToTheBeginningThatWasMarkedUnlessThatIsForgotten) {
+  for (const bool is_forgotten : {false, true}) {
+    const auto world = MakeWorld("ode");
+    world->MarkBeginning();
+    const EntityId ball = Add(*world, Ball({0, 0, 2}));
+    if (is_forgotten) world->ForgetBeginning();
+    Steps(*world, 3);
+    world->ForgetBeginning();  // which comes too late
+
+    world->Reset();
+
+    EXPECT_EQ(world->scene().entities.size() > ball.index() && world->scene().entities[ball.index()].has_value(),
+              is_forgotten);
+  }
+}
+
 class ResetOn : public ::testing::TestWithParam<std::string> {};
 
 INSTANTIATE_TEST_SUITE_P(Engines, ResetOn, ::testing::ValuesIn(EnginesWithContacts()));

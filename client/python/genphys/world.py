@@ -292,6 +292,10 @@ class World(Closing, Commands, Queries):
     def reset(self, *, timeout: float | None = None) -> Stamp:
         """Takes the world back to where its first step began, with what had been made by then, in a new epoch.
 
+        Forces are not brought back, nor is what came along with that first step (in a batch): an episode tells them again.
+        What is changed by calls of their own between a reset and the next step is of the beginning to which the next
+        reset goes back: what shall be otherwise in each episode alone goes along with its first step.
+
         Ids go back with it, so that who does the same again finds the same ids: those of entities, joints and force
         fields that were made after the first step are given to whatever is made next. A handle of one of these, kept over
         a reset, names that then.

@@ -241,6 +241,21 @@ def test_a_world_that_plays_moves_by_itself_until_it_is_paused(world):
     assert world.step().step == stopped.step + 1
 
 
+def test_an_episode_comes_out_the_same_after_a_reset(world):
+    ball = world.add_sphere(position=(0, 0, 30), mass=2.5)
+    ends = []
+    for episode in range(3):
+        if episode > 0:
+            world.reset()
+        world.apply_force(ball, (1, 0, 0), steps=5)
+        with world.batch() as batch:
+            batch.apply_forces([ball], [(0, 7.5, 0)])
+            other = batch.add_sphere(position=(20, 0, 5))
+        result = world.step(10)
+        ends.append((other.id, result.ids.tolist(), result.positions.tolist(), result.linear_velocities.tolist()))
+    assert ends[1] == ends[0] and ends[2] == ends[0]
+
+
 def test_a_reset_takes_the_world_back_in_a_new_epoch(world):
     before = world.step(5)
 

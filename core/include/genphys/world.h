@@ -59,8 +59,11 @@ class World {
   /// Step(), `count` times, at the cost of counting them. Only for a world at rest that has stepped before.
   void StepAtRest(uint64_t count);
 
-  /// Back to step 0, with the entities that were there before the first step as they were then.
+  /// Back to step 0, with all that was there at the beginning as it was then, but for forces.
   void Reset();
+  /// Makes the present the beginning, unless there is one. So does the first step, which lets go of it if it is undone.
+  void MarkBeginning();
+  void ForgetBeginning();
 
   const Scene& scene() const { return scene_; }
   const StateArrays& state() const { return state_; }
@@ -254,10 +257,8 @@ class World {
   std::vector<double> reaches_;      // m, from the centre of mass to the farthest point; by entity row
   std::vector<uint8_t> flown_;       // moved by the layer alone, so that the engine has it elsewhere; by entity row
   // Whom the engine moves or tests against others: follows from columns and layer state.
-  RowSet active_;
-  RowSet lately_active_;
-  std::vector<EntityId> woken_;  // not told yet
-  uint32_t active_count_ = 0;
+  RowSet active_, lately_active_;
+  std::vector<EntityId> woken_;    // not told yet
   std::vector<EntityRow> roused_;  // since the step began
   RowMarks sleepers_found_;        // scratch of who looks for those that wake
   struct Aftermath {
@@ -283,9 +284,8 @@ class World {
   RowMarks unsettled_;
   RowMarks let_go_;                // of these, whom something held or touched that went
   bool is_all_unsettled_ = false;  // another engine may see other contacts
-  bool faulted_ = false;
-  uint32_t entity_count_ = 0, joint_count_ = 0;
-  bool record_stats_ = false;
+  bool faulted_ = false, record_stats_ = false;
+  uint32_t entity_count_ = 0, joint_count_ = 0, active_count_ = 0;
   StepStats stats_;
   std::vector<Event> events_;
   JointIndex joint_index_;
@@ -294,7 +294,7 @@ class World {
   ContactBudget budget_;
   StepUndo* undo_ = nullptr;  // of the step under way
   std::unique_ptr<StepScratch> scratch_;
-  std::unique_ptr<Initial> initial_;  // as of the first step
+  std::unique_ptr<Initial> initial_;  // as of the beginning
 };
 
 }  // namespace genphys

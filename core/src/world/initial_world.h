@@ -3,7 +3,7 @@
 
 namespace genphys {
 
-/// What a world was before its first step: what a reset brings back.
+/// What a world was at its beginning: what a reset brings back.
 struct World::Initial {
   Scene scene;
   StateArrays state;

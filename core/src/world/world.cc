@@ -149,6 +149,8 @@ void World::Reset() {
   scene_ = initial_->scene;
   state_ = initial_->state;
   layer_ = initial_->layer;
+  // Who does the same again tells them again.
+  layer_.forces.clear();
   initial_.reset();
   entity_count_ = static_cast<uint32_t>(
       std::count_if(scene_.entities.begin(), scene_.entities.end(), [](const auto& e) { return e.has_value(); }));

@@ -21,11 +21,19 @@ Status World::Step(std::optional<double> step_size) {
   const double size = step_size.value_or(scene_.world.stepper.step_size);
   GENPHYS_RETURN_IF_ERROR(CheckNumber(size, Limits::kStepSizeMin, Limits::kStepSizeMax, "step_size_seconds"));
   if (scratch_ == nullptr) scratch_ = std::make_unique<StepScratch>();
-  if (layer_.step == 0) initial_.reset(new Initial{scene_, state_, layer_});
+  MarkBeginning();
   const Status status = StepRun(*this, size).Run();
   // The first step is still to come, and what commands do until then is there before it.
-  if (!status.ok() && !faulted_ && layer_.step == 0) initial_.reset();
+  if (!status.ok() && !faulted_) ForgetBeginning();
   return status;
+}
+
+void World::MarkBeginning() {
+  if (layer_.step == 0 && initial_ == nullptr) initial_.reset(new Initial{scene_, state_, layer_});
+}
+
+void World::ForgetBeginning() {
+  if (layer_.step == 0) initial_.reset();
 }
 
 bool World::IsAtRest() const {

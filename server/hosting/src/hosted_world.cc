@@ -161,18 +161,25 @@ Result<std::vector<CreatedId>> HostedWorld::Apply(std::span<const Command> comma
   return created;
 }
 
+void HostedWorld::MarkBeginning() {
+  if (has_beginning_ || world_->layer_state().step > 0) return;
+  world_->MarkBeginning();
+  events_->MarkBeginning();
+  has_beginning_ = true;
+}
+
+void HostedWorld::ForgetBeginning() {
+  if (world_->layer_state().step > 0 || world_->faulted()) return;
+  world_->ForgetBeginning();
+  events_->ForgetBeginning();
+  has_beginning_ = false;
+}
+
 Status HostedWorld::Step(std::optional<double> step_size) {
-  const bool is_first = world_->layer_state().step == 0;
-  if (is_first) {
-    events_->MarkBeginning();
-    has_beginning_ = true;
-  }
+  MarkBeginning();
   const Status status = world_->Step(step_size);
   // The first step is still to come, and what commands do until then happens before it.
-  if (is_first && !status.ok() && !world_->faulted()) {
-    events_->ForgetBeginning();
-    has_beginning_ = false;
-  }
+  if (!status.ok()) ForgetBeginning();
   keyframes_.FollowStep(*world_);
   return status;
 }

@@ -57,6 +57,10 @@ class HostedWorld {
   Result<std::vector<CreatedId>> Apply(std::span<const Command> commands);
   /// WORLD_FAULTED, WORLD_NOT_PAUSED or OK.
   Status CheckSteppable() const;
+  /// Before the first step: what comes along with that is not of the beginning, to which a reset goes back, unless no
+  /// step came of it.
+  void MarkBeginning();
+  void ForgetBeginning();
   Status Step(std::optional<double> step_size);
   /// Logs what happened since the last call, and returns it. Null: nothing did.
   std::shared_ptr<const EventChunk> PublishEvents();

@@ -19,10 +19,16 @@ namespace genphys {
 std::optional<Result<EncodedMessage>> StepCall::Advance(Clock::time_point slice_end) {
   if (!begun_) {
     begun_ = true;
-    if (const Status status = Begin(); !status.ok()) return status;
+    if (const Status status = Begin(); !status.ok()) {
+      hosted_.ForgetBeginning();
+      return status;
+    }
   }
   while (steps_done_ < steps_wanted_) {
-    if (const Status status = CheckTime(); !status.ok()) return Failed(status);
+    if (const Status status = CheckTime(); !status.ok()) {
+      hosted_.ForgetBeginning();
+      return Failed(status);
+    }
     std::optional<double> step_size;
     if (request_->has_step_size_seconds()) step_size = request_->step_size_seconds();
     const auto begin = Clock::now();
@@ -67,6 +73,7 @@ Status StepCall::Begin() {
   hosted_.world().set_record_stats(request_->stats());
   if (!commands.ok()) return commands.status();
   if (request_->has_frame()) GENPHYS_RETURN_IF_ERROR(CheckFrameEntities(hosted_.world(), request_->frame()));
+  if (steps_wanted_ > 0) hosted_.MarkBeginning();
   const Result<std::vector<CreatedId>> created = hosted_.Apply(*commands);
   if (!created.ok()) {
     hosted_.Publish();

@@ -133,7 +133,8 @@ class World {
   /// Lets it move by itself: `real_time_factor` simulated seconds per second, zero for as fast as possible.
   Status Play(double real_time_factor = 1);
   Status Pause();
-  /// Back to where its first step began, in a new epoch. Ids of what was made after that are given out again.
+  /// Back to where its first step began, in a new epoch, without forces and what came along with that step. Ids of what
+  /// was made after that are given out again.
   Status Reset();
 
   /// Closest hit of each ray among geometries in these categories; a miss has a null entity and the fraction 1.
