@@ -20,6 +20,12 @@ std::unique_ptr<World> FloorOf(const std::string& engine, int rate, double frict
   return testing::MakeWorld(desc);
 }
 
+// Without a floor; who is slow may fall asleep.
+std::unique_ptr<World> SpaceOf(const std::string& engine, int rate, const Vector3& gravity) {
+  return testing::MakeWorld(
+      WorldDesc{.engine = engine, .gravity = gravity, .stepper = {.step_size = 1.0 / rate}, .ground_plane = false});
+}
+
 void GoOn(World& world, int rate) { Steps(world, static_cast<int>(kSeconds * rate)); }
 
 TEST_P(Drifting, OnIceGoesOnUnderAnyForce) {
@@ -44,7 +50,7 @@ TEST_P(Drifting, PendulumsSwingOn) {
   Proves({Claim::kJointBall});
   for (const double length : {5.0, 20.0}) {
     constexpr double kAngle = 0.003, kGravity = 9.81;
-    const auto world = MakeSpace(GetParam(), {.step_size = 1.0 / 240}, {0, 0, -kGravity});
+    const auto world = SpaceOf(GetParam(), 240, {0, 0, -kGravity});
     const Vector3 place = length * Vector3(std::sin(kAngle), 0, -std::cos(kAngle));
     const EntityId ball = Add(*world, Ball(place, 0.1));
     Join(*world, ToWorld(ball, BallJoint{}, Pose{Vector3::Zero(), {1, 0, 0, 0}}));
@@ -61,8 +67,7 @@ TEST_P(Drifting, PendulumsSwingOn) {
 TEST_P(Drifting, ADoorThatHardlyLeansSwingsOpen) {
   Proves({Claim::kJointHinge});
   constexpr double kLean = 0.2 * std::numbers::pi / 180, kGravity = 9.81, kWidth = 0.45, kStart = 0.5;
-  const auto world =
-      MakeSpace(GetParam(), {.step_size = 1.0 / 60}, kGravity * Vector3(std::sin(kLean), 0, -std::cos(kLean)));
+  const auto world = SpaceOf(GetParam(), 60, kGravity * Vector3(std::sin(kLean), 0, -std::cos(kLean)));
   // Open by half a radian from where it would hang.
   const Quaternion turn(Eigen::AngleAxisd(kStart, Vector3::UnitZ()));
   EntityDesc door = Body(Box{{kWidth, 0.02, 1}}, turn * Vector3(kWidth, 0, 0), 20);
