@@ -41,7 +41,7 @@ Vector3 Braked(const Spun& spun, double turn, const Eigen::Vector2d& velocity, d
   // Of a unit mass. Friction at the face tips the box until the load does so the other way.
   Eigen::Vector2d slope = Eigen::Vector2d::Zero(), force;
   double torque = 0;
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < 25; ++round) {
     force.setZero();
     torque = 0;
     for (size_t i = 0; i < 4; ++i) {
@@ -56,7 +56,7 @@ Vector3 Braked(const Spun& spun, double turn, const Eigen::Vector2d& velocity, d
 
 // By small steps of second order, to the one in which friction stops it.
 Stop Reference(const Spun& spun) {
-  constexpr double h = 2e-5;
+  constexpr double h = 2e-4;
   Stop stop;
   Eigen::Vector2d velocity(spun.speed, 0);
   double spin = spun.spin;
