@@ -20,10 +20,11 @@ class StepRun::Spread {
  public:
   Spread(StepRun& run, double h) : run_(run), h_(h) {}
 
-  // Those who touch each other turn as one the slower. They keep their momentum, and so do they the speeds by which
-  // they slide and part: of what they do to each other nothing changes.
+  // Those who touch each other turn the slower, as if they were one. They keep their momentum, and the speeds by which
+  // they slide and part.
   void Slow() {
-    if (std::ranges::none_of(run_.movers_, [this](const Mover& mover) { return IsPushed(mover); })) return;
+    const auto is_pushed = [this](const Mover& mover) { return IsPushed(mover, PushOf(mover)); };
+    if (std::ranges::none_of(run_.movers_, is_pushed)) return;
     Gather();
     VisitMembers([this](Mover& mover, Group& group) { AddTensor(mover, group); });
     for (Group& group : groups_) {
@@ -55,9 +56,9 @@ class StepRun::Spread {
     return run_.world_.layer_.half_steps[Index(mover.row)].velocity;
   }
 
-  bool IsPushed(const Mover& mover) const {
+  static bool IsPushed(const Mover& mover, const Vector3& push) {
     const double least = kRounding * (1 + mover.start.position.norm());
-    return PushOf(mover).squaredNorm() > least * least;
+    return push.squaredNorm() > least * least;
   }
 
   // Who hangs together, and what pushes gave them.
@@ -79,12 +80,16 @@ class StepRun::Spread {
     for (size_t i = 0; i < run_.movers_.size(); ++i) {
       const Mover& mover = run_.movers_[i];
       Group& group = groups_[sets_.Find(static_cast<uint32_t>(i + 1))];
-      group.is_pushed |= IsPushed(mover);
       group.is_held |=
           run_.scratch_.jointed[mover.row] || run_.world_.scene_.entities[Index(mover.row)]->traits.is_locked;
-      group.mass += run_.MassOf(mover.row);
-      group.center += run_.MassOf(mover.row) * run_.CenterOf(mover.row);
-      group.gain += run_.MassOf(mover.row) * PushOf(mover).cross(VelocityOf(mover));
+      // As nearly all are, on the ground.
+      if (group.is_held) continue;
+      const Vector3 push = PushOf(mover);
+      const double mass = run_.MassOf(mover.row);
+      group.is_pushed |= IsPushed(mover, push);
+      group.mass += mass;
+      group.center += mass * run_.CenterOf(mover.row);
+      group.gain += mass * push.cross(VelocityOf(mover));
     }
   }
 
