@@ -184,7 +184,7 @@ struct LayerState {
   std::vector<JointState> joints;                    // by slot of the joint's id: what it held, and its full turns
   std::vector<FormerDrive> former_drives;            // in order of command: the first of a coordinate counts
   std::vector<FormerFrames> former_frames;           // the same of each joint
-  std::vector<std::vector<LastTouch>> last_touches;  // of sleepers, by row
+  std::vector<std::vector<LastTouch>> last_touches;  // by row, of sleepers and until their next solve
   std::vector<HalfStep> half_steps;                  // by row
   double last_substep = 0;                           // s
   double last_step = 0;                              // s, the last step in which somebody was awake or driven

@@ -14,13 +14,14 @@ constexpr double kBearing = 0.2;
 }  // namespace
 
 // Of pairs that touch and of which a solve knows nothing yet: neither on what those lie that were woken just now, nor
-// whether a neighbour whom they touch presses.
+// whether a neighbour whom they touch presses. Who moved and touches one of these only now was its waker.
 template <typename Visit>
 void Bearings::VisitWoken(const ContactBuffer& contacts, Visit visit) const {
   const auto touches = [](const ContactPoint& point) { return point.depth >= kTouchingDepth; };
+  const auto has_moved = [&](EntityRow row) { return past_.IsMovable(row) && !past_.IsWoken(row); };
   for (const ContactPair& pair : contacts.pairs) {
     if (!IsWoken(pair.entity_a) && !IsWoken(pair.entity_b)) continue;
-    if (pair.is_sensor || speed_.IsStillFree(pair)) continue;
+    if (pair.is_sensor || has_moved(pair.entity_a) || has_moved(pair.entity_b)) continue;
     if (std::ranges::any_of(PointsOf(contacts, pair), touches)) visit(pair);
   }
 }

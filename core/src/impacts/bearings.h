@@ -7,7 +7,6 @@
 
 #include "genphys/contact.h"
 #include "impacts/impact_past.h"
-#include "impacts/impact_speed.h"
 #include "impacts/impact_world.h"
 
 namespace genphys {
@@ -22,8 +21,7 @@ class Bearings {
     ContactPair pair;
   };
 
-  Bearings(const ImpactWorld& world, const ImpactPast& past, const ImpactSpeed& speed)
-      : world_(world), past_(past), speed_(speed) {}
+  Bearings(const ImpactWorld& world, const ImpactPast& past) : world_(world), past_(past) {}
 
   /// Tells ImpactWorld::stances who is pressed against something. With `is_anybody_woken` among those that are hit,
   /// whoever was woken counts too, and Find() has to look again.
@@ -50,7 +48,6 @@ class Bearings {
 
   const ImpactWorld& world_;
   const ImpactPast& past_;
-  const ImpactSpeed& speed_;
   std::vector<Bearing> bearings_;
   std::vector<uint32_t> order_;  // of bearings_, by row of who is borne
   bool is_found_ = false;

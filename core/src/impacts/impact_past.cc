@@ -33,13 +33,13 @@ bool ImpactPast::WereTouching(const EntityPair& entities) const {
   return known != world_.layer.touching.end() && known->pair == entities;
 }
 
-double ImpactPast::PressedApart(const ContactPair& pair) const {
-  const auto give_of = [&](EntityRow row) {
-    return IsMovable(row) ? 1 / world_.scene.entities[Index(row)]->mass.mass : 0.0;
-  };
-  double impulse = 0;
-  for (const ContactPoint& point : PointsOf(world_.solved, pair)) impulse += point.normal_impulse;
-  return impulse * (give_of(pair.entity_a) + give_of(pair.entity_b));
+double ImpactPast::Apart(const EntityPair& entities, double impulse) const {
+  double give = 0;
+  for (const EntityId id : {entities.a, entities.b}) {
+    const EntityRow row{id.index()};
+    if (IsMovable(row)) give += 1 / world_.scene.entities[Index(row)]->mass.mass;
+  }
+  return impulse * give;
 }
 
 template <typename Found>
@@ -55,26 +55,52 @@ bool ImpactPast::AnySolved(const EntityPair& entities, Found&& found) const {
   return false;
 }
 
+template <typename Found>
+bool ImpactPast::AnyRemembered(const EntityPair& entities, Found&& found) const {
+  for (const auto& [woken, other] : {std::pair(entities.a, entities.b), std::pair(entities.b, entities.a)}) {
+    if (!IsWoken(EntityRow{woken.index()})) continue;
+    const std::vector<LastTouch>& touches = world_.layer.last_touches[woken.index()];
+    for (const LastTouch& touch : std::ranges::equal_range(touches, other, {}, &LastTouch::other)) {
+      if (found(touch.points)) return true;
+    }
+  }
+  return false;
+}
+
 bool ImpactPast::WerePressed(const EntityPair& entities) const {
-  return AnySolved(entities, [&](const ContactPair& pair) { return PressedApart(pair) > ImpactSpeed::kMin; });
+  const auto were_pressed = [&](const auto& points) {
+    double impulse = 0;
+    for (const auto& point : points) impulse += point.normal_impulse;
+    return Apart(entities, impulse) > ImpactSpeed::kMin;
+  };
+  return AnySolved(entities, [&](const ContactPair& pair) { return were_pressed(PointsOf(world_.solved, pair)); }) ||
+         AnyRemembered(entities, were_pressed);
 }
 
 template <typename Found>
 bool ImpactPast::AnyPressed(const ContactPair& pair, Found&& found) const {
   const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
-  return AnySolved(entities, [&](const ContactPair& before) {
+  const auto presses = [&](const auto& point) { return point.normal_impulse > 0 && found(point); };
+  const bool did_press = AnySolved(entities, [&](const ContactPair& before) {
     if (before.geometry_a != pair.geometry_a || before.geometry_b != pair.geometry_b) return false;
-    return std::ranges::any_of(PointsOf(world_.solved, before),
-                               [&](const ContactPoint& point) { return point.normal_impulse > 0 && found(point); });
+    return std::ranges::any_of(PointsOf(world_.solved, before), presses);
   });
+  const uint32_t id_a = world_.rule.info(pair.geometry_a).geometry_id;
+  const uint32_t id_b = world_.rule.info(pair.geometry_b).geometry_id;
+  const auto is_of = [&](const EventContactPoint& point) {
+    return point.geometry_a == id_a && point.geometry_b == id_b;
+  };
+  return did_press || AnyRemembered(entities, [&](const std::vector<EventContactPoint>& points) {
+           return std::ranges::any_of(points, [&](const auto& point) { return is_of(point) && presses(point); });
+         });
 }
 
 bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) const {
-  return AnyPressed(pair, [&](const ContactPoint& point) { return point.normal.dot(normal) > kSameNormal; });
+  return AnyPressed(pair, [&](const auto& point) { return point.normal.dot(normal) > kSameNormal; });
 }
 
 bool ImpactPast::WerePressedNear(const ContactPair& pair, const ContactPoint& point, double distance) const {
-  return AnyPressed(pair, [&](const ContactPoint& pressed) {
+  return AnyPressed(pair, [&](const auto& pressed) {
     return (pressed.position - point.position).squaredNorm() <= distance * distance;
   });
 }

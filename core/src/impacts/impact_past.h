@@ -32,8 +32,8 @@ class ImpactPast {
   double FreeSince(const ContactPair& pair) const;
   /// When the step began.
   bool WereTouching(const EntityPair& entities) const;
-  /// Against each other, in the last solve. Not who only touch, whom rounding and errors that are made up for press a
-  /// little: by no more than is no impact either.
+  /// Against each other, in the last solve, or in the last one before they slept if that was until now. Not who only
+  /// touch, whom rounding and errors that are made up for press a little: by no more than is no impact either.
   bool WerePressed(const EntityPair& entities) const;
   /// The same two surfaces, and about as they touch there now.
   bool WerePressedSo(const ContactPair& pair, const Vector3& normal) const;
@@ -59,12 +59,15 @@ class ImpactPast {
                    double gap, Manifold& manifold) const;
 
  private:
-  // m/s, by which what the last solve pressed a pair of that by would move the two apart, were they alone.
-  double PressedApart(const ContactPair& pair) const;
+  // m/s, by which an impulse (N*s) would move the two apart, were they alone.
+  double Apart(const EntityPair& entities, double impulse) const;
   // Calls found(pair) for each pair of the last solve of these two, until one says so. Returns whether one did.
   template <typename Found>
   bool AnySolved(const EntityPair& entities, Found&& found) const;
-  // The same of the points at which these two surfaces were pressed.
+  // The same with the points of each touch of these two that somebody who was woken remembers.
+  template <typename Found>
+  bool AnyRemembered(const EntityPair& entities, Found&& found) const;
+  // The same with each point at which these two surfaces were pressed, in either of these.
   template <typename Found>
   bool AnyPressed(const ContactPair& pair, Found&& found) const;
   Placement Placed(GeometryRow row, const ImpactMotion& motion, double time) const;

@@ -33,7 +33,7 @@ Impacts::Impacts(const ImpactWorld& world, double step_size, bool rewinds)
       rewinds_(rewinds),
       speed_(world_, step_size),
       past_(world_, step_size),
-      bearings_(world_, past_, speed_),
+      bearings_(world_, past_),
       crowds_(world.crowd_number) {}
 
 bool Impacts::Solve(const ContactBuffer& contacts, const RowMarks* changed, std::span<const SweptPair> swept,

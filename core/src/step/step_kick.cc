@@ -374,7 +374,8 @@ void StepRun::EndMover(Mover& mover, double h) {
   half.has_past = true;
   half.restarts = false;
   half.is_struck = false;
-  half.is_woken = false;
+  if (std::exchange(half.is_woken, false))
+    undo_.KeepTouches(mover.row, std::exchange(world_.layer_.last_touches[row], {}));
   half.is_drawn = false;
   if (half.since_restart < HalfStep::kPause) ++half.since_restart;
 

@@ -256,13 +256,9 @@ void World::Wake(EntityRow row) {
   HalfStep& half = layer_.half_steps[Index(row)];
   // Most are held by something, or they would not have slept; whether that still does, the next solve tells.
   const bool floats = half.in_flight && layer_.last_touches[Index(row)].empty() && joint_index_.Of(row).empty();
-  if (undo_ != nullptr) {
-    undo_->Keep(row);
-    undo_->KeepTouches(row, std::move(layer_.last_touches[Index(row)]));
-  }
+  if (undo_ != nullptr) undo_->Keep(row);
   state_.asleep[Index(row)] = false;
   layer_.rest_times[Index(row)] = 0;
-  layer_.last_touches[Index(row)].clear();
   // What it is owed is for half a substep of when it fell asleep, and would be taken for that of another one now.
   if (half.substep != layer_.last_substep) half.Restart();
   half.in_flight = floats;

@@ -294,6 +294,8 @@ void World::AddLastPoints(const EntityPair& entities, std::vector<EventContactPo
 
 void World::RememberTouches(std::span<const EntityRow> sleepers) {
   if (sleepers.empty()) return;
+  // Who was woken and has not been solved since still has those of its last sleep.
+  for (const EntityRow row : sleepers) layer_.last_touches[Index(row)].clear();
   for (const ContactPair& pair : solved_.pairs) {
     if (pair.is_sensor) continue;
     for (const auto& [row, other] : {std::pair(pair.entity_a, pair.entity_b), {pair.entity_b, pair.entity_a}}) {
