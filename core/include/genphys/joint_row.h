@@ -38,6 +38,9 @@ struct JointRow {
   bool is_reached = false;           // a limit that was not reached before comes up within the substep
   double leaving = 0;                // m/s or rad/s: so fast what pulls away from it will move off by the end of that
   double until = 0;                  // s, from the start of that until it is reached
+  // Of a drive: what it gives for the whole time from the boundary on, by what it gave in the solve. Negative: that is
+  // known of all that it is joined to together only.
+  double since = -1;
   double lower = -kUnbounded;        // N*s or N*m*s: either none, zero or minus `upper`
   double upper = kUnbounded;
   double impulse = 0;  // N*s or N*m*s: what the solve found

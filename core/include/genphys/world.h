@@ -201,7 +201,7 @@ class World {
   void DrawJoined(const JointDesc& joint);
   void DriveOtherwise(JointId id, const JointDesc& joint, const JointKind& kind);
   void LeaveFrames(JointId id, const JointDesc& joint);
-  void NoteDrive(JointId id, uint8_t place, const JointAxis& before, const JointAxis& after);
+  void NoteDrive(JointId id, uint8_t place, const JointAxis& before);
 
   // Engine and activity (world.cc).
   // Without a start from the last solve unless `recalls`.

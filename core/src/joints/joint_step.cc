@@ -324,10 +324,13 @@ void JointStep::Take(double h) {
     }
   }
   if (std::ranges::find(gives_mean_, true) == gives_mean_.end()) return;
-  for (Held& held : held_) {
+  for (size_t i = 0; i < held_.size(); ++i) {
+    Held& held = held_[i];
     const JointBody &a = bodies_[held.a], &b = bodies_[held.b];
     const JointBody& movable = a.is_movable() ? a : b;
-    if (held.was_held && !movable.begins && movable.is_movable() && GivesMean(movable.row)) held.BearSince(h);
+    if (!held.was_held || movable.begins || !movable.is_movable() || !GivesMean(movable.row)) continue;
+    const auto own = std::ranges::equal_range(owners_, static_cast<uint32_t>(i));
+    held.BearSince(h, std::span(rows_).subspan(static_cast<size_t>(own.begin() - owners_.begin()), own.size()));
   }
 }
 

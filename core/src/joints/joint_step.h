@@ -124,7 +124,7 @@ class JointStep {
   /// Appends the rows of all locked axes of these, which are in `bodies` behind the world.
   void WriteLocks(const Linked& linked, std::span<const JointBody> bodies, std::vector<JointRow>& rows) const;
 
-  /// What the last solve made of those rows of a joint that lock nothing, with their impulses in the substep.
+  /// What the last solve made of those rows of a joint that lock nothing, as they go on through the substep.
   std::vector<JointRow> LooseRows(uint32_t slot) const;
 
   /// How a body moves differently: m/s and rad/s.
@@ -185,8 +185,9 @@ class JointStep {
     void BeginSubstep();
     // That part of the impulse of a row.
     void Bear(double part, const JointRow& row);
-    // What it gave in this substep of `h` seconds was the mean of what it gave in the last step and gives since.
-    void BearSince(double h);
+    // What its `rows` gave in this substep of `h` seconds was the mean of what they gave in the last step and give
+    // since.
+    void BearSince(double h, std::span<const JointRow> rows);
   };
 
   // How fast what is locked moved apart before the forces of the substep acted.

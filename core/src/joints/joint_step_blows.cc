@@ -1,5 +1,6 @@
 // What joints do in a blow, which is over before a step goes on.
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "joints/joint_step.h"
@@ -14,6 +15,38 @@ void SortOnce(std::vector<uint32_t>& slots) {
   std::ranges::sort(slots);
   const auto twice = std::ranges::unique(slots);
   slots.erase(twice.begin(), twice.end());
+}
+
+// Of what a solve gave as the mean of what joints gave until the boundary and give since, the part of drives: each says
+// itself what it gives since.
+class DrivesSince {
+ public:
+  void Take(double share, const JointRow& row) {
+    if (row.since < 0) return;
+    change_ += (row.since - 1) * share * row.impulse * row.axis;
+    const Vector3 axis = beside_ * row.axis;
+    // What lies between the others' axes but for rounding is none of its own.
+    if (axis.squaredNorm() > kBetween) beside_ -= axis * axis.transpose() / axis.squaredNorm();
+  }
+  // By how much more than that `mean` is what all give since, if they gave `before` until then.
+  Vector3 More(const Vector3& mean, const Vector3& before) const { return beside_ * (mean - before) + change_; }
+
+ private:
+  static constexpr double kBetween = 1e-12;
+
+  Matrix3 beside_ = Matrix3::Identity();  // takes from a vector what is along axes of such drives
+  Vector3 change_ = Vector3::Zero();      // N*s or N*m*s
+};
+
+// Of what a joint gave along the row of a motor to a speed, which nothing else did: what it cannot have given.
+Vector3 BeyondBound(double share, const JointRow& row, std::span<const JointRow> rows, const Vector3& given) {
+  if (!row.is_driven || row.since >= 0 || !std::isfinite(row.upper)) return Vector3::Zero();
+  const auto gives_as_well = [&](const JointRow& other) {
+    return &other != &row && other.kind == row.kind && other.axis == row.axis && other.impulse != 0;
+  };
+  if (std::ranges::any_of(rows, gives_as_well)) return Vector3::Zero();
+  const double along = row.axis.dot(given), most = share * row.upper;
+  return (along - std::clamp(along, -most, most)) * row.axis;
 }
 
 }  // namespace
@@ -86,9 +119,10 @@ std::vector<JointRow> JointStep::LooseRows(uint32_t slot) const {
   const auto [first, last] = std::ranges::equal_range(owners_, static_cast<uint32_t>(held - held_.begin()));
   for (auto owner = first; owner != last; ++owner) {
     const JointRow& row = rows_[static_cast<size_t>(owner - owners_.begin())];
-    if (IsLocked(row) || row.is_reached) continue;
+    // What drives as it was told before does so until the boundary.
+    if (IsLocked(row) || row.is_reached || row.since == 0) continue;
     loose.push_back(row);
-    loose.back().impulse *= held->share;
+    loose.back().impulse *= row.since > 0 ? held->share * row.since : held->share;
   }
   return loose;
 }
@@ -99,9 +133,17 @@ void JointStep::Held::BeginSubstep() {
   torque_begun = torque;
 }
 
-void JointStep::Held::BearSince(double h) {
-  force += force - force_begun - h * before.force;
-  torque += torque - torque_begun - h * before.torque;
+void JointStep::Held::BearSince(double h, std::span<const JointRow> rows) {
+  DrivesSince along, about;
+  for (const JointRow& row : rows) (row.kind == JointRow::Kind::kLinear ? along : about).Take(share, row);
+  force += along.More(force - force_begun, h * before.force);
+  torque += about.More(torque - torque_begun, h * before.torque);
+  // A motor that came to push with all it may gave less than that on the mean.
+  for (const JointRow& row : rows) {
+    const bool is_linear = row.kind == JointRow::Kind::kLinear;
+    const Vector3 given = is_linear ? Vector3(force - force_begun) : Vector3(torque - torque_begun);
+    (is_linear ? force : torque) -= BeyondBound(share, row, rows, given);
+  }
 }
 
 void JointStep::Held::Bear(double part, const JointRow& row) {

@@ -135,14 +135,27 @@ class RowWriter {
 
     static SoftDrive Of(const Motor& motor);  // to a position
     static SoftDrive Of(const Spring& spring);
+    bool pulls() const { return stiffness + damping > 0 && force_max != 0; }
     double PushAt(double position) const { return stiffness * (rest - position) + damping * rate; }
+  };
+  // What one does for a part of the time of a solve, all of it times that part.
+  struct SoftPart {
+    double stiffness = 0;
+    double damping = 0;
+    double pull = 0;  // N or N*m at the boundary, without what damps
+    double force_max = 0;
+
+    static SoftPart Of(const SoftDrive& drive, double position, double part);
+    // Of both together.
+    SoftPart With(const SoftPart& other) const;
   };
   // `before`: what it was until the boundary, or null.
   // `told`: where it is with the frames that the joint has by now.
   void WriteSoft(const Coordinate& coordinate, double told, const SoftDrive& now, const SoftDrive* before);
+  void WriteSoftPart(const Coordinate& coordinate, double late, const SoftPart& part, double since);
   void WriteDrives(const Coordinate& coordinate, const JointAxis& axis, double bend);
   double ToldPosition(const Coordinate& coordinate) const;
-  double LatenessOf(const SoftDrive& drive, const Coordinate& coordinate, const JointRow& row) const;
+  double LatenessOf(const SoftDrive& drive, const Coordinate& coordinate);
   Vector3 TurnOfPoint(const JointBody& body) const;
   JointRow& Add(const Coordinate& coordinate);
   JointRow& AddRow(JointRow::Kind kind, const Vector3& axis);

@@ -84,7 +84,9 @@ double RowWriter::ToldPosition(const Coordinate& coordinate) const {
 }
 
 // How far a step does not resolve it, 0 to 1.
-double RowWriter::LatenessOf(const SoftDrive& drive, const Coordinate& coordinate, const JointRow& row) const {
+double RowWriter::LatenessOf(const SoftDrive& drive, const Coordinate& coordinate) {
+  const JointRow row = Add(coordinate);
+  rows_->pop_back();
   const auto pace_at = [&](double mobility) {
     return std::max(drive.stiffness * step_size_, drive.damping) * step_size_ * mobility /
            (coordinate.scale * coordinate.scale);
@@ -95,35 +97,51 @@ double RowWriter::LatenessOf(const SoftDrive& drive, const Coordinate& coordinat
   return std::clamp((pace - kResolvedPace) / (kUnresolvedPace - kResolvedPace), 0.0, 1.0);
 }
 
+RowWriter::SoftPart RowWriter::SoftPart::Of(const SoftDrive& drive, double position, double part) {
+  // One without bounds has none for no time either.
+  const double force_max = std::isfinite(drive.force_max) ? part * drive.force_max : drive.force_max;
+  return {part * drive.stiffness, part * drive.damping, part * drive.PushAt(position), force_max};
+}
+
+RowWriter::SoftPart RowWriter::SoftPart::With(const SoftPart& other) const {
+  return {stiffness + other.stiffness, damping + other.damping, pull + other.pull, force_max + other.force_max};
+}
+
+// Until the boundary it pulled as it was told before, and to both sides of that as it pulls there: the trapezoidal rule
+// on each. What is to be where it is told at the end does not lag behind.
 void RowWriter::WriteSoft(const Coordinate& coordinate, double told, const SoftDrive& now, const SoftDrive* before) {
-  if (!(now.stiffness + now.damping > 0) || now.force_max == 0) return;
-  JointRow& row = Add(coordinate);
-  row.is_driven = true;
-  const double h = step_size_, time = interval(), scale = coordinate.scale;
-  // The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1
-  // and of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
-  // leapfrog). One that a step does not resolve would not decay either, so that its force is that at the end.
-  const double late = LatenessOf(now, coordinate, row);
+  if (!now.pulls() && (before == nullptr || !before->pulls())) return;
+  const double late = LatenessOf(now, coordinate);
   is_late_ |= late > 0 && (before != nullptr || std::abs(told - coordinate.position) > kSamePlace);
   const double position = coordinate.position + late * (told - coordinate.position);
-  SoftDrive drive = now;
-  double pull = now.PushAt(position);
-  if (before != nullptr) {
-    // Until the boundary it pulled as it was told before, and to both sides of that as it pulls there: the trapezoidal
-    // rule on each. What is to be where it is told at the end does not lag behind.
-    const double part = (1 - late) * PastPart(interval(), step_size_);
-    drive.stiffness += part * (before->stiffness - now.stiffness);
-    drive.damping += part * (before->damping - now.damping);
-    pull += part * (before->PushAt(position) - pull);
-  }
-  const double inertia = (1 - late) * h * h / 4 * drive.stiffness, resistance = (1 - late) * time / 2 * drive.damping;
-  const double after = inertia + resistance + late * time * (h * drive.stiffness + drive.damping);
-  row.target = scale * (time * pull + (inertia - resistance) * RateOf(coordinate, true)) / after;
+  const double past = before != nullptr ? (1 - late) * PastPart(interval(), step_size_) : 0;
+  const SoftPart rest = SoftPart::Of(now, position, 1 - past);
+  if (past == 0) return WriteSoftPart(coordinate, late, rest, 1);
+  const SoftPart first = SoftPart::Of(*before, position, past);
+  const bool is_bounded = std::isfinite(now.force_max) || std::isfinite(before->force_max);
+  if (!is_bounded) return WriteSoftPart(coordinate, late, first.With(rest), -1);
+  // Half with all that it has and half with less is not what it would push with midway.
+  WriteSoftPart(coordinate, late, first, 0);
+  WriteSoftPart(coordinate, late, rest, 1 / (1 - past));
+}
+
+// The force at the start of the step, of the mean of the places before, there and after it with weights 1, 2 and 1 and
+// of the mean velocity: second order, and no oscillation grows (Newmark's method with beta 1/4, in the form of a
+// leapfrog). One that a step does not resolve would not decay either, so that its force is that at the end.
+void RowWriter::WriteSoftPart(const Coordinate& coordinate, double late, const SoftPart& part, double since) {
+  if (!(part.stiffness + part.damping > 0) || part.force_max == 0) return;
+  JointRow& row = Add(coordinate);
+  row.is_driven = true;
+  row.since = since;
+  const double h = step_size_, time = interval(), scale = coordinate.scale;
+  const double inertia = (1 - late) * h * h / 4 * part.stiffness, resistance = (1 - late) * time / 2 * part.damping;
+  const double after = inertia + resistance + late * time * (h * part.stiffness + part.damping);
+  row.target = scale * (time * part.pull + (inertia - resistance) * RateOf(coordinate, true)) / after;
   const double softness = scale * scale / after;
   // What is too weak to be felt must not be divided by.
   if (!(kLeastSoftness * softness <= kMostSoftness * row.softness)) return rows_->pop_back();
   row.softness = std::max(row.softness, softness);
-  Bound(now.force_max / scale);
+  Bound(part.force_max / scale);
 }
 
 }  // namespace genphys

@@ -157,7 +157,7 @@ void World::Drive(const SetMotorColumns& command) {
     if (!GoesOn(before, **driven)) {
       if (IsJump(*before.motor, motor)) RestartDriven(desc);
     } else if (*before.motor != motor) {
-      NoteDrive(command.ids[i], PlacesOf(desc.kind)[static_cast<size_t>(driven - axes.begin())], before, **driven);
+      NoteDrive(command.ids[i], PlacesOf(desc.kind)[static_cast<size_t>(driven - axes.begin())], before);
     }
     WakeJoined(desc);
   }
@@ -172,24 +172,12 @@ void World::DriveOtherwise(JointId id, const JointDesc& joint, const JointKind& 
   const bool are_same_axes = places == PlacesOf(after);
   if (from.empty() || !are_same_axes || !std::ranges::equal(from, to, goes_on)) return RestartDriven(joint);
   for (size_t i = 0; i < from.size(); ++i) {
-    if (*from[i] != *to[i]) NoteDrive(id, places[i], *from[i], *to[i]);
+    if (*from[i] != *to[i]) NoteDrive(id, places[i], *from[i]);
   }
 }
 
-void World::NoteDrive(JointId id, uint8_t place, const JointAxis& before, const JointAxis& after) {
+void World::NoteDrive(JointId id, uint8_t place, const JointAxis& before) {
   const JointDesc& joint = scene_.joints[id.index()]->desc;
-  // Half with all that it has and half with less is not what it would push with midway, so that it begins anew.
-  const auto is_at_bound = [](const std::optional<Motor>& motor, double position, double rate) {
-    if (!motor || !motor->target_position || !motor->force_max) return false;
-    const double push =
-        motor->stiffness * (*motor->target_position - position) + motor->damping * (motor->target_velocity - rate);
-    return std::abs(push) > *motor->force_max;
-  };
-  if ((before.motor && before.motor->force_max) || (after.motor && after.motor->force_max)) {
-    const JointState state = joint_state(id);
-    const double position = state.positions[place], rate = state.rates[place];
-    if (is_at_bound(before.motor, position, rate) || is_at_bound(after.motor, position, rate)) RestartDriven(joint);
-  }
   Note({id, place, before.motor, before.spring}, scene_, layer_.former_drives);
   DrawJoined(joint);
 }
