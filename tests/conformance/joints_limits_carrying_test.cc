@@ -144,8 +144,8 @@ Ends Pendulum(World& world, const Course& start, double way) {
           kUpper.length * Rod::Along(end.place[0]) + kLower.length / 2 * Rod::Along(end.place[1])};
 }
 
-// Of a cart that `pull` (N) draws along its slider.
-Ends Cart(World& world, const Course& start, double way, double pull) {
+// Of a cart that `pull` (N) draws along its slider, or its motor does.
+Ends Cart(World& world, const Course& start, double way, double pull, bool is_driven = false) {
   const double lever = kLower.length / 2, both = kLower.mass * lever;
   const System system{.mass = [=](const Vector2& q) -> Matrix2 {
                         const double across = both * std::cos(q[1]);
@@ -161,9 +161,11 @@ Ends Cart(World& world, const Course& start, double way, double pull) {
   const EntityId rod = Add(world, kLower.Hung(Vector2::Zero(), moves, start.place[1], start.rate[1]));
   SliderJoint limited;
   limited.axis.limits.upper = way;
+  // To a speed that it does not come to.
+  if (is_driven) limited.axis.motor = Motor{.target_velocity = std::copysign(1e3, pull), .force_max = std::abs(pull)};
   Join(world, ToWorld(cart, limited, FrameAlong(Vector3::UnitX())));
   Join(world, Between(cart, rod, HingeJoint{}, HingeAt(Vector2::Zero())));
-  if (pull != 0) Do(world, ApplyForce{.id = cart, .force = {pull, 0, 0}, .steps = 100'000});
+  if (pull != 0 && !is_driven) Do(world, ApplyForce{.id = cart, .force = {pull, 0, 0}, .steps = 100'000});
   Steps(world, static_cast<int>(std::lround(kTime / world.scene().world.stepper.step_size)));
   const Course end = Integrated(system, start, way);
   const Vector3 found = PositionOf(world, rod);
@@ -206,6 +208,21 @@ TEST_P(JointsLimitsCarrying, ACartIsPressedAgainstItsEnd) {
   Proves({Claim::kJointSlider});
   ExpectSecondOrder(GetParam(), 40, [](World& world, double faster) {
     return Cart(world, {{0, 0.4}, {1 + faster, 1}}, 0.3, 60);
+  });
+}
+
+// A motor that pushes with all it may is a force as good as any.
+TEST_P(JointsLimitsCarrying, ACartIsDrivenAgainstItsEnd) {
+  Proves({Claim::kJointSlider, Claim::kJointMotor});
+  ExpectSecondOrder(GetParam(), 40, [](World& world, double faster) {
+    return Cart(world, {{0, 0.4}, {1 + faster, 1}}, 0.3, 60, true);
+  });
+}
+
+TEST_P(JointsLimitsCarrying, ACartIsDrivenBackFromItsEnd) {
+  Proves({Claim::kJointSlider, Claim::kJointMotor});
+  ExpectSecondOrder(GetParam(), 5, [](World& world, double faster) {
+    return Cart(world, {{0, 0.4}, {2.5 + faster, 1}}, 0.3, -15, true);
   });
 }
 

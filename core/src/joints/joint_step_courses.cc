@@ -23,6 +23,8 @@ constexpr double kMostLate = 0.25;
 constexpr int kRounds = 2;
 // Of an energy.
 constexpr double kRounding = 1e-12;
+// Of a push: by less it is the same.
+constexpr double kSamePush = 1e-3;
 
 }  // namespace
 
@@ -61,6 +63,11 @@ class JointStep::LimitCourse {
 
  private:
   enum class Part : uint8_t { kBefore, kBlow, kAfter };
+
+  struct Joint {
+    Held* held;
+    size_t a, b;  // in bodies_
+  };
 
   struct Acting {
     Vector3 momentum = Vector3::Zero();  // angular, kg*m^2/s
@@ -119,8 +126,7 @@ class JointStep::LimitCourse {
           std::ranges::equal_range(step_.owners_, static_cast<uint32_t>(joint.held - step_.held_.data()));
       for (auto owner = first; owner != last; ++owner) {
         const JointRow& row = step_.rows_[static_cast<size_t>(owner - step_.owners_.begin())];
-        // What drives goes by how fast that is.
-        if (row.is_driven) return false;
+        if (row.is_driven && !AddSpent(joint, row)) return false;
         if (!row.is_reached || row.impulse == 0) continue;
         ++reached;
         reached_ = &joint;
@@ -128,6 +134,29 @@ class JointStep::LimitCourse {
       }
     }
     return reached == 1;
+  }
+
+  // What drives goes by how fast that is, unless it pushes with all that it may, as it did in the last step.
+  bool AddSpent(const Joint& joint, const JointRow& row) {
+    const bool is_told = row.since == 0 || row.since > 1;
+    if (begins_ || is_told || !IsSpent(row)) return false;
+    const bool is_linear = row.kind == JointRow::Kind::kLinear;
+    const JointState& before = joint.held->before;
+    const double push = row.impulse * joint.held->share / h_;
+    const double pushed = row.axis.dot(is_linear ? before.force : before.torque);
+    if (!(std::abs(pushed - push) <= kSamePush * std::abs(push))) return false;
+    JointRow& spent = spent_.emplace_back(row);
+    spent.a = bodies_[joint.a].row;
+    spent.b = bodies_[joint.b].row;
+    spent.impulse = push;
+    return true;
+  }
+
+  // W, of what pushes with all that it may.
+  double PowerOfSpent() const {
+    double sum = 0;
+    for (const JointRow& row : spent_) sum += row.impulse * RateAt(row);
+    return sum;
   }
 
   // The rows of what holds in that part, between bodies as they are.
@@ -223,6 +252,7 @@ class JointStep::LimitCourse {
   }
 
   void GoOn(double time) {
+    work_ += time / 2 * PowerOfSpent();
     for (size_t i = 0; i < bodies_.size(); ++i) {
       JointBody& body = bodies_[i];
       if (body.row == kWorldRow) continue;
@@ -240,6 +270,7 @@ class JointStep::LimitCourse {
       acting.momentum += time * acting.torque;
       body.angular_velocity = body.own_inverse * acting.momentum;
     }
+    work_ += time / 2 * PowerOfSpent();
   }
 
   // As far as the limit.
@@ -290,10 +321,6 @@ class JointStep::LimitCourse {
     return true;
   }
 
-  struct Joint {
-    Held* held;
-    size_t a, b;  // in bodies_
-  };
   static inline const Vector3 kNoWay = Vector3::Zero();
 
   JointStep& step_;
@@ -301,13 +328,14 @@ class JointStep::LimitCourse {
   double h_;
   PushOf push_of_;
   double time_ = 0;      // s, until the limit is reached
-  double work_ = 0;      // J, by what acts from outside
+  double work_ = 0;      // J, by what acts from outside and by motors
   bool begins_ = false;  // it is not known of all what held them
   std::vector<EntityRow> sides_{kWorldRow};
   std::vector<JointBody> bodies_{1};  // of sides_, by which rows name them
   std::vector<Acting> acting_{1};     // the same
   std::vector<Joint> joints_;
   const Joint* reached_ = nullptr;
+  std::vector<JointRow> spent_;  // motors that push with all they may; their impulses are N and N*m
   std::vector<JointRow> blow_;
   std::vector<Held*> blow_owners_;
   RowSolver solver_;

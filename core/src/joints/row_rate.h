@@ -1,4 +1,6 @@
 #pragma once
+#include <cmath>
+
 #include "genphys/joint_row.h"
 #include "joints/joint_body.h"
 
@@ -16,6 +18,11 @@ inline bool IsLocked(const JointRow& row) {
 }
 /// It pushes one way only.
 inline bool IsLimit(const JointRow& row) { return (row.lower == 0) != (row.upper == 0); }
+/// It drives with all that it may.
+inline bool IsSpent(const JointRow& row) {
+  constexpr double kAll = 1 - 1e-9;
+  return row.is_driven && std::abs(row.impulse) >= kAll * row.upper;
+}
 
 /// Of the row, m/s or rad/s, while its bodies, where they are, move so.
 inline double RateOf(const JointRow& row, const JointBody& a, const Velocities& of_a, const JointBody& b,

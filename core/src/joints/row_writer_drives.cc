@@ -59,11 +59,15 @@ void RowWriter::WriteDrives(const Coordinate& coordinate, const JointAxis& axis,
 void RowWriter::WriteMotor(const Coordinate& coordinate, const Motor& motor, const AxisLimits& limits, double bend) {
   const double force_max = motor.force_max.value_or(JointRow::kUnbounded);
   if (force_max == 0) return;
-  // A motor does not fight its own limits: one equation would say what the other forbids.
-  double rate = motor.target_velocity;
-  if (limits.lower) rate = std::max(rate, std::min(0.0, (*limits.lower - coordinate.position) / step_size_));
-  if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
   JointRow& row = Add(coordinate);
+  double rate = motor.target_velocity;
+  const double gained = force_max * interval() * mobility_ / (coordinate.scale * coordinate.scale);
+  // A motor does not fight its own limits: one equation would say what the other forbids. But one that pushes with all
+  // that it may comes there no slower than it does without them.
+  if (!(std::abs(rate - RateOf(coordinate, false)) >= gained)) {
+    if (limits.lower) rate = std::max(rate, std::min(0.0, (*limits.lower - coordinate.position) / step_size_));
+    if (limits.upper) rate = std::min(rate, std::max(0.0, (*limits.upper - coordinate.position) / step_size_));
+  }
   row.is_driven = true;
   row.target = coordinate.scale * rate - bend;
   Bound(force_max / coordinate.scale);
