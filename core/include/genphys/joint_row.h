@@ -41,7 +41,9 @@ struct JointRow {
   // Of a drive: what it gives for the whole time from the boundary on, by what it gave in the solve. Negative: that is
   // known of all that it is joined to together only.
   double since = -1;
-  double lower = -kUnbounded;        // N*s or N*m*s: either none, zero or minus `upper`
+  double damping = 0;          // N*s/m or N*m*s: by so much less a drive pushes on what a blow makes faster by one
+  double rate = 0;             // m/s or rad/s, of what damps: on the mean of the solve
+  double lower = -kUnbounded;  // N*s or N*m*s: either none, zero or minus `upper`
   double upper = kUnbounded;
   double impulse = 0;  // N*s or N*m*s: what the solve found
 };

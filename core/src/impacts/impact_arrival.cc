@@ -87,11 +87,31 @@ void Impacts::AddImpulse(EntityRow row, const Vector3& linear, const Vector3& an
   wrench.torque += angular / step_size_;
 }
 
+// The solve was of the rates before the blow: what damps them brakes those that there are since.
+void Impacts::Dampen(JointRow& row) const {
+  if (row.damping == 0) return;
+  const JointBody world;
+  const auto body_of = [&](EntityRow side) -> const JointBody& {
+    return side == kWorldRow ? world : *world_.joints.Find(side);
+  };
+  const auto since_blow = [&](EntityRow side) -> Velocities {
+    if (side == kWorldRow) return {};
+    const int number = std::as_const(world_.struck_index)[side];
+    const uint32_t column = Index(side);
+    if (number < 0) return {world_.state.linear_velocities.col(column), world_.state.angular_velocities.col(column)};
+    const StruckBody& body = bodies_[static_cast<size_t>(number)];
+    return {body.linear_velocity, body.angular_velocity};
+  };
+  const double rate = RateOf(row, body_of(row.a), since_blow(row.a), body_of(row.b), since_blow(row.b));
+  row.impulse = std::clamp(row.impulse - step_size_ * row.damping * (rate - row.rate), row.lower, row.upper);
+}
+
 void Impacts::AddLoose(const Group& group) {
   const auto add = [&](uint32_t slot) {
     const JointDesc& desc = world_.scene.joints[slot]->desc;
     if (IsJolted(RowOf(desc.entity_a)) || IsJolted(RowOf(desc.entity_b))) return;
-    for (const JointRow& row : world_.joints.LooseRows(slot)) {
+    for (JointRow& row : world_.joints.LooseRows(slot)) {
+      Dampen(row);
       for (const auto& [side, sign] : {std::pair(row.a, -1.0), std::pair(row.b, 1.0)}) {
         // What pushes others may be one of theirs as well.
         if (side == kWorldRow || GroupOf(side) != &group) continue;

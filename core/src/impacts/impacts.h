@@ -244,6 +244,7 @@ class Impacts {
   bool IsJolted(EntityRow row) const;
   void AddImpulse(EntityRow row, const Vector3& linear, const Vector3& angular);
   void AddLoose(const Group& group);
+  void Dampen(JointRow& row) const;
   bool IsSupport(const ContactPair& pair) const;
   void AddContacts();
   std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;

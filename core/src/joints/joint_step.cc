@@ -310,11 +310,19 @@ void JointStep::Take(double h) {
   const auto spin = [&](EntityRow row) -> Vector3 {
     return row == kWorldRow ? Vector3(Vector3::Zero()) : Vector3(state_.angular_velocities.col(Index(row)));
   };
+  const auto velocities = [&](EntityRow row) -> Velocities {
+    if (row == kWorldRow) return {};
+    return {state_.linear_velocities.col(Index(row)), spin(row)};
+  };
   for (Held& held : held_) held.BeginSubstep();
   former_.Clear();
   for (size_t i = 0; i < owners_.size(); ++i) {
-    const JointRow& row = rows_[i];
+    JointRow& row = rows_[i];
     Held& held = held_[owners_[i]];
+    if (row.damping > 0) {
+      const JointBody &a = BodyAt(row.a), &b = BodyAt(row.b);
+      row.rate = (RateBefore(row) + RateOf(row, a, velocities(row.a), b, velocities(row.b))) / 2;
+    }
     held.Bear(held.share, row);
     if (row.kind == JointRow::Kind::kLinear) {
       held.last_force += held.share / h * row.impulse * row.axis;

@@ -121,8 +121,9 @@ std::vector<JointRow> JointStep::LooseRows(uint32_t slot) const {
     const JointRow& row = rows_[static_cast<size_t>(owner - owners_.begin())];
     // What drives as it was told before does so until the boundary.
     if (IsLocked(row) || row.is_reached || row.since == 0) continue;
-    loose.push_back(row);
-    loose.back().impulse *= row.since > 0 ? held->share * row.since : held->share;
+    const double part = row.since > 0 ? held->share * row.since : held->share;
+    JointRow& each = loose.emplace_back(row);
+    for (double* const value : {&each.impulse, &each.lower, &each.upper}) *value *= part;
   }
   return loose;
 }

@@ -145,6 +145,9 @@ void RowWriter::WriteSoftPart(const Coordinate& coordinate, double late, const S
   // What is too weak to be felt must not be divided by.
   if (!(kLeastSoftness * softness <= kMostSoftness * row.softness)) return rows_->pop_back();
   row.softness = std::max(row.softness, softness);
+  // It also brakes itself, at most for as long as a step.
+  const double damping = part.damping / (scale * scale);
+  row.damping = damping / (1 + h * damping * mobility_);
   Bound(part.force_max / scale);
 }
 
