@@ -160,7 +160,9 @@ std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) 
     const Vector3& spin = ends[i].angular_velocity;
     if (spin.cwiseAbs().maxCoeff() > Limits::kSpinMax) arrivals[i].angular_velocity = spin;
     arrivals[i].acceleration = (after.linear_velocity() - bodies_[i].linear_velocity) / struck.time;
-    if (past_.StandsOnGround(struck.row)) arrivals[i].by_others = struck.by_others / struck.time;
+    if (!past_.StandsOnGround(struck.row)) continue;
+    arrivals[i].by_others = struck.by_others / struck.time;
+    arrivals[i].torque = TorqueOf(arrivals[i], struck.row, bodies_[i], struck.time);
   }
   for (const Group& group : groups_) {
     if (group.goes_back()) ArriveTogether(group, arrivals);
@@ -168,15 +170,20 @@ std::vector<Impacts::Arrival> Impacts::Arrive(std::span<const StruckBody> ends) 
   return arrivals;
 }
 
+// N*m, that turned it since it was like `then`, `time` ago.
+Vector3 Impacts::TorqueOf(const Arrival& arrival, EntityRow row, const StruckBody& then, double time) const {
+  const Matrix3& own = world_.scene.entities[Index(row)]->mass.tensor;
+  const Matrix3 tensor = WorldTensor(arrival.pose.orientation, own);
+  return (tensor * arrival.angular_velocity - then.tensor * then.angular_velocity) / time;
+}
+
 void Impacts::ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const {
   Conform(group, arrivals);
   for (const uint32_t member : group.members) {
     Arrival& arrival = arrivals[member];
-    const MassProperties& mass = world_.scene.entities[Index(struck_[member].row)]->mass;
-    const Matrix3 tensor = WorldTensor(arrival.pose.orientation, mass.tensor);
     const StruckBody& then = bodies_[member];
     arrival.acceleration = (arrival.linear_velocity - then.linear_velocity) / group.time;
-    arrival.torque = (tensor * arrival.angular_velocity - then.tensor * then.angular_velocity) / group.time;
+    arrival.torque = TorqueOf(arrival, struck_[member].row, then, group.time);
   }
 }
 

@@ -99,10 +99,22 @@ bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) c
   return AnyPressed(pair, [&](const auto& point) { return point.normal.dot(normal) > kSameNormal; });
 }
 
-bool ImpactPast::WerePressedNear(const ContactPair& pair, const ContactPoint& point, double distance) const {
+bool ImpactPast::WerePressedNear(const ContactPair& pair, const Vector3& position, double distance) const {
   return AnyPressed(pair, [&](const auto& pressed) {
-    return (pressed.position - point.position).squaredNorm() <= distance * distance;
+    return (pressed.position - position).squaredNorm() <= distance * distance;
   });
+}
+
+bool ImpactPast::PressesNobody(EntityRow row) const {
+  if (!among_others_) {
+    among_others_.emplace();
+    for (const ContactPair& pair : world_.solved.pairs) {
+      if (pair.is_sensor || !IsMovable(pair.entity_a) || !IsMovable(pair.entity_b)) continue;
+      if (HasPressed(world_.solved, pair)) among_others_->insert(among_others_->end(), {pair.entity_a, pair.entity_b});
+    }
+    std::ranges::sort(*among_others_);
+  }
+  return !std::ranges::binary_search(*among_others_, row);
 }
 
 const FlownWay* ImpactPast::WayFromBlow(EntityRow row) const {
@@ -115,6 +127,13 @@ Vector3 ImpactPast::CourseOf(EntityRow row) const {
   if (const FlownWay* const way = WayFromBlow(row)) return way->acceleration;
   if (IsHit(row) || IsWoken(row)) return Vector3::Zero();
   return world_.accelerations[row] + 2 / step_size_ * world_.layer.half_steps[Index(row)].held_velocity;
+}
+
+Vector3 ImpactPast::TwistOf(EntityRow row) const {
+  if (const FlownWay* const way = WayFromBlow(row)) return way->torque;
+  if (IsHit(row) || IsWoken(row)) return Vector3::Zero();
+  const HalfStep& half = world_.layer.half_steps[Index(row)];
+  return 2 / step_size_ * (half.steady_twist + half.held_momentum);
 }
 
 Vector3 ImpactPast::PushOf(EntityRow row) const {
@@ -139,11 +158,14 @@ ImpactMotion ImpactPast::MotionOf(EntityRow entity) const {
   const Vector3 linear = world_.state.linear_velocities.col(row), angular = world_.state.angular_velocities.col(row);
   const bool is_dynamic = scene_entity.desc->rigid_body->motion_type == MotionType::kDynamic;
   if (!is_dynamic || !world_.active[row]) return ImpactMotion::Driven(pose, linear, angular);
-  if (world_.jointed[entity] || world_.shoved[entity]) {
+  const bool is_shoved = world_.shoved[entity], is_led = world_.jointed[entity] || is_shoved;
+  if (is_led || std::ranges::binary_search(tipping_, entity)) {
     const auto way = std::ranges::lower_bound(ways_, entity, {}, &FlownWay::row);
     if (way != ways_.end() && way->row == entity) {
-      ImpactMotion along = ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular,
-                                               way->acceleration, way->torque);
+      const Vector3 acceleration = is_led ? way->acceleration : CourseOf(entity);
+      const Vector3 torque = is_led ? way->torque : TwistOf(entity);
+      ImpactMotion along =
+          ImpactMotion::Along(way->start, way->time, pose, scene_entity.mass, linear, angular, acceleration, torque);
       if (!world_.jointed[entity]) along.GoesOnPushed();
       return along;
     }

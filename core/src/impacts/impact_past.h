@@ -1,5 +1,8 @@
 #pragma once
+#include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "genphys/contact.h"
 #include "genphys/entity.h"
@@ -21,6 +24,9 @@ class ImpactPast {
   /// From now on these are known to be the ways since each was hit, by row.
   void Follow(std::span<const FlownWay> ways) { ways_ = ways; }
 
+  /// These, ascending, turn about where they are pressed against what nothing moves.
+  void SetTipping(std::vector<EntityRow> rows) { tipping_ = std::move(rows); }
+
   bool IsMovable(EntityRow row) const;
   /// Nobody knows yet what holds it.
   bool IsWoken(EntityRow row) const { return world_.layer.half_steps[Index(row)].is_woken; }
@@ -38,12 +44,16 @@ class ImpactPast {
   /// The same two surfaces, and about as they touch there now.
   bool WerePressedSo(const ContactPair& pair, const Vector3& normal) const;
   /// The same, and no farther than `distance` (m) from there.
-  bool WerePressedNear(const ContactPair& pair, const ContactPoint& point, double distance) const;
+  bool WerePressedNear(const ContactPair& pair, const Vector3& position, double distance) const;
+  /// The last solve pressed it against nobody whom something can move.
+  bool PressesNobody(EntityRow row) const;
 
   /// The way of one that was hit in this substep and put elsewhere, or null.
   const FlownWay* WayFromBlow(EntityRow row) const;
   /// What sped up a body on the ground, m/s^2.
   Vector3 CourseOf(EntityRow row) const;
+  /// What turned it about its centre of mass, N*m.
+  Vector3 TwistOf(EntityRow row) const;
   /// Of that, what is no matter of the ground, which may hold it otherwise after the next blow.
   Vector3 PushOf(EntityRow row) const;
   /// What pulls at it, in flight or on the ground, beyond what holds it, m/s^2.
@@ -76,6 +86,9 @@ class ImpactPast {
   ImpactSpeed speed_;
   double step_size_;
   std::span<const FlownWay> ways_;
+  std::vector<EntityRow> tipping_;
+  // Whom the last solve pressed against somebody whom something can move, ascending, once somebody asked.
+  mutable std::optional<std::vector<EntityRow>> among_others_;
   mutable OrderedSearch touching_search_;
   mutable OrderedSearch solved_search_;
 };

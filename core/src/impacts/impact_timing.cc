@@ -33,6 +33,8 @@ constexpr double kCreeping = 1e-4;
 // What meets beside a point that is pressed meets there anew if that is farther away than so many times the way of a
 // substep.
 constexpr double kBeside = 4;
+// Substeps in which what comes down at the other end goes up again, at least.
+constexpr double kTippingSteps = 1;
 // What comes to an edge goes so many times as fast along the ground as it comes nearer.
 constexpr double kAlong = 4;
 
@@ -111,15 +113,41 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   return pair.material.restitution > 0 && !past_.WerePressed(entities);
 }
 
-bool Impacts::IsNewBesideHeld(const ContactPair& pair, const ContactPoint& point) const {
-  if (!rewinds_ || pair.material.restitution == 0) return false;
+bool Impacts::TipsOnto(const ContactPair& pair, const ContactPoint& point) const {
+  const double closing = -point.relative_velocity.dot(point.normal);
+  if (!(rewinds_ && closing > ImpactSpeed::kMin)) return false;
   // In a pile that falls most do not lie where they did, and to tell when each of them comes down takes a tenth of all.
   if (past_.IsMovable(pair.entity_a) && past_.IsMovable(pair.entity_b)) return false;
   // Of what joints hold a solve says more of the way than what is free does.
   if (world_.jointed[pair.entity_a] || world_.jointed[pair.entity_b]) return false;
-  const double near = kBeside * step_size_ * point.relative_velocity.norm();
+  if (!IsBesideHeld(pair, point.position, point.relative_velocity)) return false;
+  if (pair.material.restitution > 0 && closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal)) return true;
+  return past_.PressesNobody(MovableOf(pair)) && closing > TippingSpeed(pair, point);
+}
+
+// Whether the two are pressed against each other, but not near there.
+bool Impacts::IsBesideHeld(const ContactPair& pair, const Vector3& position, const Vector3& velocity) const {
   const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
-  return past_.WerePressed(entities) && !past_.WerePressedNear(pair, point, near);
+  const double near = kBeside * step_size_ * velocity.norm();
+  return past_.WerePressed(entities) && !past_.WerePressedNear(pair, position, near);
+}
+
+// m/s: what comes down more slowly goes to and fro within a few substeps, and is left to solves. What it is held by
+// takes most of its weight.
+double Impacts::TippingSpeed(const ContactPair& pair, const ContactPoint& point) const {
+  const EntityRow row = MovableOf(pair);
+  const HalfStep& half = world_.layer.half_steps[Index(row)];
+  // Of who began anew nobody knows how it is held.
+  if (half.restarts || half.substep == 0) return speed_.Of(pair.entity_a, pair.entity_b, point.normal);
+  const MassProperties& mass = world_.scene.entities[Index(row)]->mass;
+  const Pose pose = world_.state.pose(row);
+  const Vector3 arm = point.position - pose.Transform(mass.center_of_mass);
+  const Vector3 spin = world_.state.angular_velocities.col(Index(row));
+  const Vector3 torque = 2 / half.substep * (half.steady_twist + half.held_momentum);
+  const Vector3 turning = WorldTensor(pose.orientation, mass.inverse_tensor) * torque;
+  const Vector3 pull = world_.accelerations[row] + 2 / half.substep * half.held_velocity + turning.cross(arm) +
+                       spin.cross(spin.cross(arm));
+  return ImpactSpeed::kMin + kTippingSteps * step_size_ * std::abs(pull.dot(point.normal));
 }
 
 // The same of two of which one went through the other: what held them until then did not.
@@ -217,7 +245,7 @@ bool Impacts::AnyGoesBack(const Candidate& candidate) const {
 }
 
 // Finds who goes back for one impact at least, and so for all of them: those that meet something new that is held as
-// well, and those of whom it is known how they went since they did.
+// well, and those of whom it is known how they went since they did; and who of them turns about what holds it.
 void Impacts::FindGoing() {
   going_.clear();
   if (!rewinds_) return;
@@ -228,6 +256,13 @@ void Impacts::FindGoing() {
   }
   std::ranges::sort(going_);
   going_.erase(std::unique(going_.begin(), going_.end()), going_.end());
+  std::vector<EntityRow> tipping;
+  for (const Candidate& candidate : candidates_) {
+    const EntityRow row = MovableOf(candidate.pair);
+    if (candidate.is_beside && past_.StandsOnGround(row) && !past_.IsWoken(row)) tipping.push_back(row);
+  }
+  std::ranges::sort(tipping);
+  past_.SetTipping(std::move(tipping));
 }
 
 // Finds the time at which the two just touch, by Newton's method between the bounds that it has seen. Two that graze
@@ -250,11 +285,16 @@ void Impacts::Refine(Candidate& candidate) const {
   Manifold manifold;
   for (int look = 0; look < kLooksMax; ++look) {
     const double time_a = goes_a ? time : 0, time_b = goes_b ? time : 0;
+    const auto is_beside = [&](const MeetingPoint& point) {
+      const Vector3 rate =
+          b.BodyBefore(time_b).VelocityAt(point.position) - a.BodyBefore(time_a).VelocityAt(point.position);
+      return IsBesideHeld(candidate.pair, point.position, rate);
+    };
     past_.FindMeeting(candidate.pair, a, time_a, b, time_b, gap, manifold);
     double depth = -gap;
     const MeetingPoint* deepest = nullptr;
     for (const MeetingPoint& point : std::span(manifold.points).first(static_cast<size_t>(manifold.count))) {
-      if (point.depth <= depth) continue;
+      if (point.depth <= depth || (candidate.is_beside && !is_beside(point))) continue;
       depth = point.depth;
       deepest = &point;
     }

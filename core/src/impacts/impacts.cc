@@ -143,17 +143,17 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
     return point.depth >= kDepthMin && closing > ImpactSpeed::kMin &&
            closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal);
   };
-  if (std::none_of(points.begin(), points.end(), closes)) return std::nullopt;
-  const bool is_free = speed_.IsFree(pair);
-  const auto is_new = [&](const ContactPoint& point) { return closes(point) && IsNewBesideHeld(pair, point); };
-  const bool is_held = !is_free && (IsNewAmongHeld(pair) || std::ranges::any_of(points, is_new));
+  const auto tips = [&](const ContactPoint& point) { return point.depth >= kDepthMin && TipsOnto(pair, point); };
+  const bool is_free = speed_.IsFree(pair), is_beside = !is_free && std::ranges::any_of(points, tips);
+  if (!is_beside && std::ranges::none_of(points, closes)) return std::nullopt;
+  const bool is_held = is_beside || (!is_free && IsNewAmongHeld(pair));
   if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
   const double since = past_.FreeSince(pair);
   const bool goes_back = rewinds_ && (is_free || is_held);
   std::optional<Candidate> found;
   std::optional<bool> were_apart;  // as far as somebody looked
   for (const ContactPoint& point : points) {
-    if (!closes(point) || OnlySlidesOnto(pair, point)) continue;
+    if (!(closes(point) || (is_beside && tips(point))) || OnlySlidesOnto(pair, point)) continue;
     const double closing = -point.relative_velocity.dot(point.normal);
     bool is_fresh = goes_back && point.depth > 0;
     if (is_fresh && point.depth > kFreshDepth * closing * since) {
@@ -168,7 +168,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
       time = std::min(time, since);
     }
     if (!found || time > found->time)
-      found = Candidate{.pair = pair, .time = time, .closing = closing, .is_held = is_held};
+      found = Candidate{.pair = pair, .time = time, .closing = closing, .is_held = is_held, .is_beside = is_beside};
   }
   if (found) found->were_apart = were_apart.value_or(false);
   return found;

@@ -77,10 +77,9 @@ class Impacts {
   /// Whether one of the two slides or rolls into the other: an engine would stop it a substep too late or too early,
   /// and in its own way. What only touches something that throws it back is not held by that either.
   bool IsNewAmongHeld(const ContactPair& pair) const;
-  /// Whether two that press against each other, one of which nothing moves, meet and part again at a point far from
-  /// there: the end of what tips about the other one. What rolls meets at points as near to the last one as it goes in
-  /// a substep.
-  bool IsNewBesideHeld(const ContactPair& pair, const ContactPoint& point) const;
+  /// Whether two that press against each other, one of which nothing moves, collide at a point far from there: with the
+  /// end of what tips about the other one. What rolls meets at points as near to the last one as it goes in a substep.
+  bool TipsOnto(const ContactPair& pair, const ContactPoint& point) const;
 
   /// What all impacts so far passed on, in canonical order within each Solve().
   const ContactBuffer& impulses() const { return impulses_; }
@@ -94,6 +93,7 @@ class Impacts {
     bool is_deep = false;     // it is no more touching by then
     bool were_apart = false;  // it is known that they were, since the last impact of either
     bool is_held = false;     // both are, or cannot be moved
+    bool is_beside = false;   // one tips onto the other about where it is pressed against that
     bool is_timed = false;    // it is known when
     double gap = 0;           // m, between them when they are hit
     double nearest = 0;       // m, between one of them and whoever hits it then
@@ -168,6 +168,8 @@ class Impacts {
   Candidate* CandidateOf(GeometryRow a, GeometryRow b) { return places_.Find(candidates_, a, b); }
   std::optional<Candidate> Judge(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool IsHeldThrough(const ContactPair& pair) const;
+  bool IsBesideHeld(const ContactPair& pair, const Vector3& position, const Vector3& velocity) const;
+  double TippingSpeed(const ContactPair& pair, const ContactPoint& point) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
   bool Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
@@ -248,6 +250,7 @@ class Impacts {
   bool IsSupport(const ContactPair& pair) const;
   void AddContacts();
   std::vector<Arrival> Arrive(std::span<const StruckBody> ends) const;
+  Vector3 TorqueOf(const Arrival& arrival, EntityRow row, const StruckBody& then, double time) const;
   void ArriveTogether(const Group& group, std::vector<Arrival>& arrivals) const;
   void Conform(const Group& group, std::vector<Arrival>& arrivals) const;
   // Where a geometry is `time` seconds later if its entity turns on as it does now, and goes on at `velocity` where the

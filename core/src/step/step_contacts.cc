@@ -147,6 +147,7 @@ void StepRun::PrepareContacts(double h) {
       point.is_ahead = is_solved_apart && is_apart && (point.depth < -kReleaseGap || std::abs(closing) > speed);
       // Impacts stop it where it comes to lie.
       point.is_ahead = point.is_ahead || (is_met_anew && point.depth < 0 && closing > speed);
+      point.is_ahead = point.is_ahead || (point.depth < 0 && impacts.TipsOnto(pair, point));
       point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);
     }
     pair.bend = scratch_.bends[static_cast<size_t>(&pair - contacts.pairs.data())];
