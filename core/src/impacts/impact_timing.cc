@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "impacts/impacts.h"
 #include "motion/free_rotation.h"
 #include "pairs/contact_points.h"
+#include "shapes/reach.h"
 
 namespace genphys {
 namespace {
@@ -37,6 +39,11 @@ constexpr double kBeside = 4;
 constexpr double kTippingSteps = 1;
 // What comes to an edge goes so many times as fast along the ground as it comes nearer.
 constexpr double kAlong = 4;
+
+// m, the least FlatGap(): it is what narrow phases and the way back to an impact leave between corners.
+constexpr double kFlatGapLeast = 1e-6;
+// rad: what lies so little askew lands flat.
+constexpr double kFlatTilt = 2e-4;
 
 // m: at which two are taken to collide that cover `way` (m) in a substep.
 double DepthOfImpact(double way) { return kTimedDepth + kTimedPart * way; }
@@ -76,6 +83,18 @@ bool Impacts::Overlaps(const ContactBuffer& contacts, const ContactPair& pair) c
   return rewinds_ && !pair.is_sensor && std::ranges::any_of(PointsOf(contacts, pair), [](const ContactPoint& point) {
            return point.depth > kFlatGap;
          });
+}
+
+// m: by how much the other corners of what lands flat may be off. A part of millimetres lies as far askew with less.
+double Impacts::FlatGap(const ContactPair& pair) const {
+  double reach = std::numeric_limits<double>::infinity();
+  for (const auto& [entity, geometry] :
+       {std::pair(pair.entity_a, pair.geometry_a), std::pair(pair.entity_b, pair.geometry_b)}) {
+    if (!past_.IsMovable(entity)) continue;
+    const Vector3& center = world_.scene.entities[Index(entity)]->mass.center_of_mass;
+    reach = std::min(reach, ReachFrom(center, past_.GeometryAt(geometry)));
+  }
+  return std::clamp(kFlatTilt * reach, kFlatGapLeast, kFlatGap);
 }
 
 // What turns fast may have met something, and part again by the end of the substep.

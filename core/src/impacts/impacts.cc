@@ -311,7 +311,7 @@ void Impacts::AddBlows(const ContactBuffer& contacts, Candidate& candidate) {
   const double time_b = struck_[static_cast<size_t>(world_.struck_index[pair.entity_b])].time;
   if (candidate.time > 0) {
     Manifold manifold;
-    const double gap = std::max(kFlatGap, kFlatPart * candidate.closing * step_size_);
+    const double gap = std::max(FlatGap(pair), kFlatPart * candidate.closing * step_size_);
     past_.FindMeeting(pair, time_a, time_b, gap, manifold);
     const auto points = std::span(manifold.points).first(static_cast<size_t>(manifold.count));
     for (const MeetingPoint& point : points) AddBlow(candidate, point.position, point.normal);

@@ -155,7 +155,7 @@ class Impacts {
   // Of the substep: impacts of one body that are nearer to each other happen at once.
   static constexpr double kSameTime = 0.05;
   // Of impacts in time: how far from touching (m, and of the way of a substep) the other corners of what lands flat may
-  // be.
+  // be. Of what is small see FlatGap().
   static constexpr double kFlatGap = 2e-5;
   static constexpr double kFlatPart = 0.03;
 
@@ -190,6 +190,7 @@ class Impacts {
   Vector3 Ask(Blow& blow, const ContactPair& pair) const;
   // m/s, how their surfaces run against each other.
   Vector3 RunAcross(const ContactPair& pair, const Vector3& normal) const;
+  double FlatGap(const ContactPair& pair) const;
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   bool MarkHit();
   void Separate();
