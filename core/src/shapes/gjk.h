@@ -1,4 +1,7 @@
 #pragma once
+#include <limits>
+#include <optional>
+
 #include "shapes/solid.h"
 
 namespace genphys {
@@ -11,10 +14,18 @@ struct CorePoints {
   double distance = 0;               // along the normal, m; zero if they overlap
 };
 
-/// Closest points of `a` and of `b` moved by `shift` (E. G. Gilbert, D. W. Johnson and S. S. Keerthi, 1988). Between
-/// polyhedra it ends at the exact points up to rounding, round solids after the distance is known to 1e-13 of it. With
-/// `shrink` both are first made smaller by this part about their centres. Solids that are nearer to each other than
-/// `nothing` (m) overlap.
-CorePoints FindCorePoints(const Solid& a, const Solid& b, const Vector3& shift, double nothing, double shrink = 0);
+/// What FindCorePoints() is asked for.
+struct CoreQuery {
+  Vector3 shift = Vector3::Zero();  // m, by which b is moved
+  double nothing = 0;               // m: solids that are nearer to each other overlap
+  double shrink = 0;                // by this part both are first made smaller about their centres
+  double distance_max = std::numeric_limits<double>::infinity();  // m: of what is farther apart only that is told
+  double tolerance = 1e-13;                                       // of the squared distance of round solids
+  std::optional<Vector3> direction{};  // from a to b, along which they are thought to be nearest
+};
+
+/// Closest points of `a` and `b` (E. G. Gilbert, D. W. Johnson and S. S. Keerthi, 1988). Between polyhedra it ends at
+/// the exact points up to rounding.
+CorePoints FindCorePoints(const Solid& a, const Solid& b, const CoreQuery& query);
 
 }  // namespace genphys

@@ -27,7 +27,7 @@ void TurnRound(Manifold& manifold) {
 
 // Solids at places near the origin.
 void MeetSolids(const Solid& a, const Solid& b, double gap, Manifold& manifold) {
-  const Separation separation = FindSeparation(a, b);
+  const Separation separation = FindSeparation(a, b, gap);
   if (!(separation.depth >= -gap)) return;
   PointSet points(gap);
   AddFlatPoints(a, b, separation.normal, points);

@@ -156,7 +156,7 @@ std::optional<ShapeHit> Sweep(const Solid& moving, const Vector3& translation, c
   ShapeHit hit;
   for (int i = 0; i < kAdvancesMax; ++i) {
     const Vector3 moved = hit.fraction * translation;
-    const CorePoints core = FindCorePoints(moving, target, -moved, kArrived * size);
+    const CorePoints core = FindCorePoints(moving, target, {.shift = -moved, .nothing = kArrived * size});
     if (!(core.distance > 0)) {
       if (i > 0) return hit;
       const Separation separation = FindSeparation(moving, target);

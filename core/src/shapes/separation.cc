@@ -12,6 +12,10 @@ constexpr double kApartMin = 1e-5;
 constexpr double kApartMax = 1e-3;
 constexpr double kNothing = 1e-9;
 constexpr double kSettled = 1e-12;
+// rad^2, of a turn: the next one is smaller by about the overlap's part of the size.
+constexpr double kHardlyTurned = 1e-10;
+// Of a squared distance: enough for a direction to start from.
+constexpr double kRough = 1e-4;
 // By this part smaller copies of overlapping solids are smaller.
 constexpr double kShrink = 0.02;
 constexpr int kTurnsMax = 24;
@@ -20,16 +24,18 @@ double SizeOf(const Solid& a, const Solid& b) { return std::min(a.size(), b.size
 
 }  // namespace
 
-std::optional<Separation> SeparationApart(const Solid& a, const Solid& b) {
+std::optional<Separation> SeparationApart(const Solid& a, const Solid& b, double gap_max) {
   const double near = kNear * SizeOf(a, b);
-  const CorePoints core = FindCorePoints(a, b, Vector3::Zero(), near);
+  const double core_gap_max = std::max(gap_max + a.radius() + b.radius(), 2 * near);
+  const CorePoints core = FindCorePoints(a, b, {.nothing = near, .distance_max = core_gap_max});
   if (core.distance <= near) return std::nullopt;
   const Vector3 on_a = core.on_a + a.radius() * core.normal, on_b = core.on_b - b.radius() * core.normal;
   return Separation{core.normal, OverlapAlong(a, b, core.normal), (on_a + on_b) / 2};
 }
 
 std::optional<Vector3> ShallowDirection(const Solid& a, const Solid& b) {
-  const CorePoints core = FindCorePoints(a, b, Vector3::Zero(), kNothing * SizeOf(a, b), kShrink);
+  const double nothing = kNothing * SizeOf(a, b);
+  const CorePoints core = FindCorePoints(a, b, {.nothing = nothing, .shrink = kShrink, .tolerance = kRough});
   if (!(core.distance > 0)) return std::nullopt;
   return core.normal;
 }
@@ -45,13 +51,15 @@ Separation Descend(const Solid& a, const Solid& b, const Vector3& start) {
   for (int i = 0; i < kTurnsMax; ++i) {
     const double apart = std::clamp(overlap, kApartMin * size, kApartMax * size);
     const Vector3 shift = (std::max(overlap, 0.0) + apart) * best.normal;
-    const CorePoints core = FindCorePoints(a, b, shift, kNothing * size);
+    const CorePoints core =
+        FindCorePoints(a, b, {.shift = shift, .nothing = kNothing * size, .direction = best.normal});
     if (!(core.distance > 0)) break;
     on_a = core.on_a;
     on_b = core.on_b - shift;
     const double turned = core_overlap(core.normal);
     if (!(turned < overlap)) break;
-    const bool is_settled = overlap - turned <= kSettled * size;
+    const bool is_settled =
+        overlap - turned <= kSettled * size || (core.normal - best.normal).squaredNorm() <= kHardlyTurned;
     overlap = turned;
     best.normal = core.normal;
     if (is_settled) break;
@@ -61,8 +69,8 @@ Separation Descend(const Solid& a, const Solid& b, const Vector3& start) {
   return best;
 }
 
-Separation FindSeparation(const Solid& a, const Solid& b) {
-  if (const auto apart = SeparationApart(a, b)) return *apart;
+Separation FindSeparation(const Solid& a, const Solid& b, double gap_max) {
+  if (const auto apart = SeparationApart(a, b, gap_max)) return *apart;
   if (const auto shallow = ShallowDirection(a, b)) return Descend(a, b, *shallow);
   const Vector3 between = b.center() - a.center();
   Vector3 best = between.norm() > kNothing * SizeOf(a, b) ? between.normalized() : Vector3::UnitZ();

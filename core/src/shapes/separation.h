@@ -19,11 +19,13 @@ inline double OverlapAlong(const Solid& a, const Solid& b, const Vector3& direct
 }
 
 /// Exact for solids apart. Of solids that overlap it is a motion that no small turn of the normal makes less, found
-/// from smaller copies of them where these are apart, else from the directions of their faces.
-Separation FindSeparation(const Solid& a, const Solid& b);
+/// from smaller copies of them where these are apart, else from the directions of their faces. Of what is farther apart
+/// than `gap_max` (m) it is only told that the gap is wider.
+Separation FindSeparation(const Solid& a, const Solid& b, double gap_max = std::numeric_limits<double>::infinity());
 
 /// The separation of solids apart, or nothing if they are too near to each other for that to be exact.
-std::optional<Separation> SeparationApart(const Solid& a, const Solid& b);
+std::optional<Separation> SeparationApart(const Solid& a, const Solid& b,
+                                          double gap_max = std::numeric_limits<double>::infinity());
 
 /// The separation to which small turns lead from the direction `start` (unit length).
 Separation Descend(const Solid& a, const Solid& b, const Vector3& start);
