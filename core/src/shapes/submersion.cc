@@ -118,6 +118,28 @@ constexpr std::array<std::pair<double, double>, 5> kNodes{{{0.1488743389816312, 
                                                            {0.8650633666889845, 0.1494513491505806},
                                                            {0.9739065285171717, 0.0666713443086881}}};
 
+// The same on both sides, as sines and cosines of that part of a quarter turn, which would take longer than all else.
+struct TurnedNode {
+  double sine;
+  double cosine;
+  double weight;
+};
+
+const std::array<TurnedNode, 2 * kNodes.size()>& TurnedNodes() {
+  static const auto nodes = [] {
+    std::array<TurnedNode, 2 * kNodes.size()> turned;
+    size_t count = 0;
+    for (const auto& [node, weight] : kNodes) {
+      for (const double x : {-node, node}) {
+        const double angle = pi / 2 * x;
+        turned[count++] = {std::sin(angle), std::cos(angle), weight};
+      }
+    }
+    return turned;
+  }();
+  return nodes;
+}
+
 // Area of a disc of radius r in which x <= d, and its first moment along x.
 std::pair<double, double> DiscBelow(double r, double d) {
   const double x = std::clamp(d, -r, r);
@@ -125,15 +147,17 @@ std::pair<double, double> DiscBelow(double r, double d) {
   return {x * chord + r * r * (std::asin(r > 0 ? x / r : 0.0) + pi / 2), -2 * chord * chord * chord / 3};
 }
 
-// A body of revolution about z, cut into discs: `radius(z)` is its profile over the `ends` of its smooth pieces. Where
-// the level leaves or enters a disc its area has an infinite slope, so pieces end there as well, and substituting
-// z by its cosine takes the square root out of the integrand.
+// A body of revolution about z, cut into discs: `radius(z)`, at most `widest`, is its profile over the `ends` of its
+// smooth pieces. Where the level leaves or enters a disc its area has an infinite slope, so pieces end there as well,
+// and substituting z by its cosine takes the square root out of the integrand.
 template <typename Radius>
-Part TurnedBelow(Radius radius, std::vector<double> ends, const Level& level) {
+Part TurnedBelow(Radius radius, double widest, std::vector<double> ends, const Level& level) {
   const Vector3 across(level.normal.x(), level.normal.y(), 0);
   const double tilt = across.norm(), nz = level.normal.z();
   const Vector3 direction = tilt > 0 ? Vector3(across / tilt) : Vector3::UnitX();
   const double first = ends.front(), last = ends.back();
+  // All of it is above.
+  if (level.offset <= std::min(nz * first, nz * last) - tilt * widest) return {};
   constexpr int kPieces = 24;
   for (int i = 1; i < kPieces; ++i) ends.push_back(first + (last - first) * i / kPieces);
   // Where the surface touches the rim of a disc: tilt * r(z) = +-(offset - nz z), found by bisection between samples.
@@ -166,11 +190,8 @@ Part TurnedBelow(Radius radius, std::vector<double> ends, const Level& level) {
   };
   for (size_t i = 1; i < ends.size(); ++i) {
     const double middle = (ends[i - 1] + ends[i]) / 2, half = (ends[i] - ends[i - 1]) / 2;
-    for (const auto& [node, weight] : kNodes) {
-      for (const double x : {-node, node}) {
-        const double angle = pi / 2 * x;
-        add(middle + half * std::sin(angle), half * pi / 2 * std::cos(angle) * weight);
-      }
+    for (const auto& [sine, cosine, weight] : TurnedNodes()) {
+      add(middle + half * sine, half * pi / 2 * cosine * weight);
     }
   }
   return part;
@@ -187,14 +208,14 @@ struct Below {
       return std::sqrt(std::max(0.0, c.radius * c.radius - cap * cap));
     };
     const double end = c.half_length + c.radius;
-    return TurnedBelow(radius, {-end, -c.half_length, c.half_length, end}, level);
+    return TurnedBelow(radius, c.radius, {-end, -c.half_length, c.half_length, end}, level);
   }
   Part operator()(const Cylinder& c) const {
-    return TurnedBelow([&](double) { return c.radius; }, {-c.half_length, c.half_length}, level);
+    return TurnedBelow([&](double) { return c.radius; }, c.radius, {-c.half_length, c.half_length}, level);
   }
   Part operator()(const Cone& c) const {
     const auto radius = [&](double z) { return c.radius * (c.half_length - z) / (2 * c.half_length); };
-    return TurnedBelow(radius, {-c.half_length, c.half_length}, level);
+    return TurnedBelow(radius, c.radius, {-c.half_length, c.half_length}, level);
   }
   // Shrinking each axis to unit length makes it a ball, and leaves planes planes and parts of the volume the same.
   Part operator()(const Ellipsoid& e) const {
