@@ -72,6 +72,27 @@ class Thicket {
     EXPECT_EQ(found, expected);
   }
 
+  // By where it comes into them, within rounding.
+  void ExpectRaysMeetThem() {
+    const Ray ray{Vector3(8 * Number(), 8 * Number(), 8 * Number()), Vector3(8 * Number(), 8 * Number(), 8 * Number())};
+    const double fraction = Number() / 2 + 0.5;
+    std::vector<uint32_t> found, expected;
+    tree_.VisitRay(BoxRay(ray), fraction, [&](GeometryRow row) { found.push_back(Index(row)); });
+    std::sort(found.begin(), found.end());
+    for (const auto& [row, leaf] : leaves_) {
+      // Of slabs, one after the other.
+      double enter = 0, leave = fraction;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double low = (leaf.box.min[axis] - ray.origin[axis]) / ray.translation[axis];
+        const double high = (leaf.box.max[axis] - ray.origin[axis]) / ray.translation[axis];
+        enter = std::max(enter, std::min(low, high));
+        leave = std::min(leave, std::max(low, high));
+      }
+      if (enter <= leave) expected.push_back(row);
+    }
+    EXPECT_EQ(found, expected);
+  }
+
   void ExpectBoundsAreTight() {
     ASSERT_EQ(tree_.empty(), leaves_.empty());
     if (leaves_.empty()) return;
@@ -116,6 +137,7 @@ TEST_P(BoundsTreeOf, FindsWhatALookAtEachBoxFinds) {
     thicket.tree().Tidy();
     if (round % 5 == 0) thicket.Shift();
     for (int i = 0; i < 10; ++i) thicket.ExpectOverlapsAreFound();
+    for (int i = 0; i < 10; ++i) thicket.ExpectRaysMeetThem();
     thicket.ExpectPairsAreFound();
     thicket.ExpectBoundsAreTight();
   }
@@ -133,6 +155,29 @@ TEST_P(BoundsTreeOf, IsEmptyAfterAllAreRemovedAndFillsAgain) {
       thicket.ExpectBoundsAreTight();
       thicket.ExpectPairsAreFound();
     }
+  }
+}
+
+// A long ray through a field ends at the first one, and hardly looks at those behind.
+TEST(BoundsTree, LooksAtWhatIsNearAlongARayFirst) {
+  constexpr int kMany = 10'000;
+  BoundsTree tree;
+  for (int i = 0; i < kMany; ++i) {
+    const Vector3 center(i % 100, i / 100, 0);
+    tree.Insert(Bounds{center, center}.Widened(0.4), GeometryRow{static_cast<uint32_t>(i)}, BoundsTree::kNoGroup);
+  }
+  tree.Tidy();
+  for (const double sign : {1.0, -1.0}) {
+    const Ray ray{Vector3(50, 50, 0) - sign * Vector3(80, 3, 0), sign * Vector3(160, 6, 0)};
+    const BoxRay boxes(ray);
+    double fraction = 1;
+    int looks = 0;
+    tree.VisitRay(boxes, fraction, [&](GeometryRow row) {
+      ++looks;
+      const Vector3 center(Index(row) % 100, Index(row) / 100, 0);
+      fraction = std::min(fraction, boxes.EntryInto(Bounds{center, center}.Widened(0.4)));
+    });
+    EXPECT_LE(looks, 10);
   }
 }
 

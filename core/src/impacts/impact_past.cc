@@ -100,9 +100,8 @@ bool ImpactPast::WerePressedSo(const ContactPair& pair, const Vector3& normal) c
 }
 
 bool ImpactPast::WerePressedNear(const ContactPair& pair, const Vector3& position, double distance) const {
-  return AnyPressed(pair, [&](const auto& pressed) {
-    return (pressed.position - position).squaredNorm() <= distance * distance;
-  });
+  return AnyPressed(
+      pair, [&](const auto& pressed) { return (pressed.position - position).squaredNorm() <= distance * distance; });
 }
 
 bool ImpactPast::PressesNobody(EntityRow row) const {

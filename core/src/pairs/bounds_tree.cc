@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace genphys {
@@ -14,14 +15,12 @@ constexpr size_t kRebuildFrom = 2;
 
 BoxRay::BoxRay(const Ray& ray) : origin_(ray.origin), inverse_(ray.translation.cwiseInverse()) {}
 
-bool BoxRay::Meets(const Bounds& box, double fraction) const {
-  // Widened by what rounding can take away from a fraction.
-  constexpr double kRounding = 1e-12;
-  double enter = -kRounding;
-  double leave = fraction * (1 + kRounding) + kRounding;
+double BoxRay::EntryInto(const Bounds& box) const {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  double enter = -kRounding, leave = Widened(1);
   for (int axis = 0; axis < 3; ++axis) {
     if (!std::isfinite(inverse_[axis])) {
-      if (origin_[axis] < box.min[axis] || origin_[axis] > box.max[axis]) return false;
+      if (origin_[axis] < box.min[axis] || origin_[axis] > box.max[axis]) return kNever;
       continue;
     }
     const double to_low = (box.min[axis] - origin_[axis]) * inverse_[axis];
@@ -29,7 +28,7 @@ bool BoxRay::Meets(const Bounds& box, double fraction) const {
     enter = std::max(enter, std::min(to_low, to_high));
     leave = std::min(leave, std::max(to_low, to_high));
   }
-  return enter <= leave;
+  return enter <= leave ? enter : kNever;
 }
 
 BoundsTree::Node BoundsTree::Insert(const Bounds& box, GeometryRow row, uint32_t group) {

@@ -16,10 +16,15 @@ namespace genphys {
 class BoxRay {
  public:
   explicit BoxRay(const Ray& ray);
-  /// Whether the first `fraction` of the ray meets `box`; may say yes to a box that it passes within rounding.
-  bool Meets(const Bounds& box, double fraction) const;
+  /// The fraction at which the ray comes into `box`, or more than one if it does not. May come into a box that it
+  /// passes within rounding, which is zero at its start.
+  double EntryInto(const Bounds& box) const;
+  /// How far to look for what lies within that fraction, whatever was rounded.
+  static double Widened(double fraction) { return fraction * (1 + kRounding) + kRounding; }
 
  private:
+  static constexpr double kRounding = 1e-12;  // far more than a fraction is rounded by
+
   Vector3 origin_;
   Vector3 inverse_;
 };
@@ -61,24 +66,9 @@ class BoundsTree {
   /// meanwhile; the nearer ones mostly come first. May do so for one that is farther within rounding.
   template <typename Visit>
   void VisitNearest(const Bounds& box, const double& within, Visit&& visit) const {
-    if (root_ == kNone) return;
-    std::array<std::pair<double, Node>, kWalkSizeMax> open;
-    size_t count = 0;
-    const auto push = [&](Node node) { open[count++] = {nodes_[node].box.SquaredGap(box), node}; };
-    push(root_);
-    while (count > 0) {
-      const auto [gap, node] = open[--count];
-      const double reach = std::max(within, 0.0) * (1 + kRounding);
-      if (gap > reach * reach) continue;
-      const Entry& entry = nodes_[node];
-      if (entry.is_leaf()) {
-        visit(entry.row);
-        continue;
-      }
-      push(entry.children[0]);
-      push(entry.children[1]);
-      if (open[count - 1].first > open[count - 2].first) std::swap(open[count - 1], open[count - 2]);
-    }
+    const auto reach = [&] { return std::max(within, 0.0) * (1 + kRounding); };
+    VisitInOrder([&](const Bounds& candidate) { return candidate.SquaredGap(box); },
+                 [&](double gap) { return gap <= reach() * reach(); }, visit);
   }
 
   /// Calls visit(a, b) once for each two leaves whose boxes overlap, unless they belong to the same group.
@@ -87,10 +77,12 @@ class BoundsTree {
     if (root_ != kNone) VisitPairsIn(root_, visit);
   }
 
-  /// Calls visit(row) for each leaf whose box `ray` meets in its first `fraction`, which `visit` may lower meanwhile.
+  /// Calls visit(row) for each leaf whose box `ray` meets in its first `fraction`, which `visit` may lower meanwhile;
+  /// the nearer ones mostly come first.
   template <typename Visit>
   void VisitRay(const BoxRay& ray, const double& fraction, Visit&& visit) const {
-    VisitIf([&](const Bounds& candidate) { return ray.Meets(candidate, fraction); }, kNoGroup, visit);
+    VisitInOrder([&](const Bounds& candidate) { return ray.EntryInto(candidate); },
+                 [&](double entry) { return entry <= BoxRay::Widened(fraction); }, visit);
   }
 
  private:
@@ -127,6 +119,28 @@ class BoundsTree {
         open[count++] = entry.children[0];
         open[count++] = entry.children[1];
       }
+    }
+  }
+
+  // Where is_wanted(key_of(box)), the one of two children with the smaller key first.
+  template <typename KeyOf, typename IsWanted, typename Visit>
+  void VisitInOrder(KeyOf&& key_of, IsWanted&& is_wanted, Visit&& visit) const {
+    if (root_ == kNone) return;
+    std::array<std::pair<double, Node>, kWalkSizeMax> open;
+    size_t count = 0;
+    const auto push = [&](Node node) { open[count++] = {key_of(nodes_[node].box), node}; };
+    push(root_);
+    while (count > 0) {
+      const auto [key, node] = open[--count];
+      if (!is_wanted(key)) continue;
+      const Entry& entry = nodes_[node];
+      if (entry.is_leaf()) {
+        visit(entry.row);
+        continue;
+      }
+      push(entry.children[0]);
+      push(entry.children[1]);
+      if (open[count - 1].first > open[count - 2].first) std::swap(open[count - 1], open[count - 2]);
     }
   }
 
