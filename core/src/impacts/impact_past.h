@@ -52,10 +52,10 @@ class ImpactPast {
   const FlownWay* WayFromBlow(EntityRow row) const;
   /// What sped up a body on the ground, m/s^2.
   Vector3 CourseOf(EntityRow row) const;
-  /// What turned it about its centre of mass, N*m.
-  Vector3 TwistOf(EntityRow row) const;
   /// Of that, what is no matter of the ground, which may hold it otherwise after the next blow.
   Vector3 PushOf(EntityRow row) const;
+  /// What turned it about its centre of mass, N*m.
+  Vector3 TwistOf(EntityRow row) const;
   /// What pulls at it, in flight or on the ground, beyond what holds it, m/s^2.
   Vector3 PullOn(EntityRow row) const;
   ImpactMotion MotionOf(EntityRow row) const;
