@@ -145,8 +145,8 @@ def drive(car: Car) -> list[tuple[bool, str]]:
     frame = car.step(6 * SECOND)
     speed = float(np.linalg.norm(frame.linear_velocities[frame.row(car.chassis)]))
     verdicts.append((speed <= 0.05, f"It brakes to {speed:.3f} m/s."))
-    upright = float(frame.orientations[frame.row(car.chassis)][1:3].max())
-    verdicts.append((abs(upright) <= 0.02, "It stands upright."))
+    tilt = float(np.abs(frame.orientations[frame.row(car.chassis)][1:3]).max())
+    verdicts.append((tilt <= 0.02, "It stands upright."))
     return verdicts
 
 

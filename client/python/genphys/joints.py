@@ -18,6 +18,9 @@ from ._contract import make
 class Motor:
     """Drives a coordinate to a velocity, or by a spring and damper to a position.
 
+    It is held as it is told for the whole of each step. Who follows a course, and tells another position for each step,
+    tells that of the middle of the step: told that of its end, the coordinate runs ahead by up to half a step.
+
     Attributes:
         velocity: Target, of b against a.
         position: Target; None drives to the velocity alone.

@@ -131,7 +131,7 @@ class Queries:
             collides_with_bits: The categories that stop a ray, one bit each; None is all.
             timeout: Seconds.
         """
-        starts, ways = np.broadcast_arrays(np.atleast_2d(origins), np.atleast_2d(translations))
+        starts, ways = _each_with_each(origins=origins, translations=translations)
         request = make.CastRaysRequest(
             world=self._name,
             origins=_arguments.row_column(starts, 3, "origins"),
@@ -153,7 +153,7 @@ class Queries:
         self, origins: Any, translations: Any, *, collides_with_bits: int | None = None, timeout: float | None = None
     ) -> RayEntries:
         """Returns everything that each ray hits, now; the arguments are those of `cast_rays`."""
-        starts, ways = np.broadcast_arrays(np.atleast_2d(origins), np.atleast_2d(translations))
+        starts, ways = _each_with_each(origins=origins, translations=translations)
         request = make.CastRaysRequest(
             world=self._name,
             origins=_arguments.row_column(starts, 3, "origins"),
@@ -193,7 +193,7 @@ class Queries:
             collides_with_bits: The categories that stop it, one bit each; None is all.
             timeout: Seconds.
         """
-        starts, ways = np.broadcast_arrays(np.atleast_2d(positions), np.atleast_2d(translations))
+        starts, ways = _each_with_each(positions=positions, translations=translations)
         request = make.CastShapeRequest(
             translations=_arguments.row_column(ways, 3, "translations"),
             **self._posed(shape, starts, orientations, collides_with_bits),
@@ -292,6 +292,16 @@ class Queries:
 
 def _vectors(column: bytes) -> NDArray[np.float64]:
     return np.frombuffer(column, "<f8").reshape(-1, 3)
+
+
+def _each_with_each(**rows: Any) -> list[NDArray[Any]]:
+    """Returns arrays of as many rows each, of which one row may stand for all."""
+    arrays = [np.atleast_2d(values) for values in rows.values()]
+    try:
+        return list(np.broadcast_arrays(*arrays))
+    except ValueError:
+        shapes = ", ".join(f"{name} has shape {array.shape}" for name, array in zip(rows, arrays))
+        raise ValueError(f"{shapes}: both must be (n, 3), or one of them (3,)") from None
 
 
 def _numbered(counts: Any) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 import grpc
@@ -228,9 +229,11 @@ def connect(address: str = "127.0.0.1:50051", *, timeout: float = DEFAULT_TIMEOU
         server.engines()
     except UnavailableError as error:
         connection.close()
+        is_address = address.startswith("unix:") or re.fullmatch(r"[^/]+:\d+", address)
+        cure = f"start one with `genphysd --listen {address}`" if is_address else "write host:port, as in 127.0.0.1:50051"
         raise UnavailableError(
-            f"no genphys server answers at {address}: start one with `genphysd --listen {address}`, or use "
-            f"genphys.launch() to get a private one ({error.message})",
+            f"no genphys server answers at {address}: {cure}, or use genphys.launch() to get a private one "
+            f"({error.message})",
             code=error.code,
         ) from None
     except BaseException:

@@ -293,6 +293,7 @@ class World(Closing, Commands, Queries):
         """Takes the world back to where its first step began, with what had been made by then, in a new epoch.
 
         Forces are not brought back, nor is what came along with that first step (in a batch): an episode tells them again.
+        What was collected for the next step and not sent yet is dropped.
         What is changed by calls of their own between a reset and the next step is of the beginning to which the next
         reset goes back: what shall be otherwise in each episode alone goes along with its first step.
 
@@ -301,7 +302,9 @@ class World(Closing, Commands, Queries):
         a reset, names that then.
         """
         request = wire.ResetWorldRequest(name=self._name)
-        return stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
+        stamp = stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
+        self._pending = Batch(self._name)
+        return stamp
 
     def delete(self, *, timeout: float | None = None) -> None:
         """Ends the world on the server.

@@ -143,6 +143,12 @@ def test_nobody_at_the_address_is_said_with_the_way_out():
         genphys.connect(address)
 
 
+@pytest.mark.parametrize("no_address", ["127.0.0.1", "http://127.0.0.1:50051"])
+def test_what_is_no_address_is_told_how_to_write_one(no_address):
+    with pytest.raises(genphys.UnavailableError, match="write host:port, as in 127.0.0.1:50051"):
+        genphys.connect(no_address, timeout=5)
+
+
 def test_a_closed_connection_refuses_to_call():
     with FakeServer() as server:
         client = genphys.connect(server.address)

@@ -51,6 +51,8 @@ def test_a_ray_tells_of_all_that_it_passes(world):
     low = world.add_box(motion="static", position=(0, 0, 2))
     high = world.add_sphere(motion="static", position=(0, 0, 5))
 
+    with pytest.raises(ValueError, match=r"origins has shape \(1, 3\), translations has shape \(1, 2\)"):
+        world.cast_rays_through([0, 0, 10], [0, 0])
     found = world.cast_rays_through([[0, 0, 10], [9, 0, 9]], [0, 0, -9])
 
     assert found.rays.tolist() == [0, 0, 1]

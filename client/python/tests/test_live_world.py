@@ -256,6 +256,15 @@ def test_an_episode_comes_out_the_same_after_a_reset(world):
     assert ends[1] == ends[0] and ends[2] == ends[0]
 
 
+def test_a_reset_drops_what_was_collected_for_the_next_step(world):
+    ball = world.add_sphere(position=(0, 0, 30), mass=1)
+    world.step()
+    with world.batch() as batch:
+        batch.apply_force(ball, (100, 0, 0))
+    world.reset()
+    assert world.step(frame=genphys.FrameRequest(velocities=True)).linear_velocities[:, 0].max() == 0
+
+
 def test_a_reset_takes_the_world_back_in_a_new_epoch(world):
     before = world.step(5)
 
