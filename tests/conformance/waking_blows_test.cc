@@ -1,7 +1,6 @@
 // A sleeper that is hit goes where it would have gone awake: what it lies on takes part in the blow, and what pressed
 // it is no news to it.
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "conformance/engine_test.h"
@@ -68,7 +67,8 @@ TEST_P(WakingBlows, WhatAHingedBeamStrikesStaysOnItsFloor) {
       is_hit |= !Asleep(*world, id);
     }
     EXPECT_TRUE(is_hit);
-    EXPECT_LE((PositionOf(*world, id) - start).norm(), 1e-4) << "of a box at " << place << " m";
+    // Up to 7e-6 m were seen, from the beam that comes to rest on it; without its floor in the blow 2e-3 to 1.1e-2.
+    EXPECT_LE((PositionOf(*world, id) - start).norm(), 2e-5) << "of a box at " << place << " m";
   }
 }
 
@@ -88,7 +88,9 @@ TEST_P(WakingBlows, WhatBoreASleeperThrowsItBackNoMoreThanWhenItWasAwake) {
       ball.rigid_body->linear_velocity = {kSpeed, 0, 0};
       ball.rigid_body->angular_velocity = {0, kSpeed / kRadius, 0};
       Add(*world, ball);
-      while (VelocityOf(*world, tower.front()).norm() < 0.1) Steps(*world, 1);
+      int steps = 0;
+      for (; VelocityOf(*world, tower.front()).norm() < 0.1 && steps < 60; ++steps) Steps(*world, 1);
+      ASSERT_LT(steps, 60) << "it is never hit";
       for (const EntityId id : tower) {
         if (id != tower.front()) fastest[sleeps] = std::max(fastest[sleeps], VelocityOf(*world, id).z());
       }

@@ -20,12 +20,12 @@ struct CoreQuery {
   double nothing = 0;               // m: solids that are nearer to each other overlap
   double shrink = 0;                // by this part both are first made smaller about their centres
   double distance_max = std::numeric_limits<double>::infinity();  // m: of what is farther apart only that is told
-  double tolerance = 1e-13;                                       // of the squared distance of round solids
+  double tolerance = 1e-13;                                       // of the squared distance
   std::optional<Vector3> direction{};  // from a to b, along which they are thought to be nearest
 };
 
 /// Closest points of `a` and `b` (E. G. Gilbert, D. W. Johnson and S. S. Keerthi, 1988). Between polyhedra it ends at
-/// the exact points up to rounding.
+/// the exact points up to rounding, unless the tolerance ends it before.
 CorePoints FindCorePoints(const Solid& a, const Solid& b, const CoreQuery& query);
 
 }  // namespace genphys
