@@ -85,8 +85,8 @@ bool Impacts::Overlaps(const ContactBuffer& contacts, const ContactPair& pair) c
          });
 }
 
-// m: by how much the other corners of what lands flat may be off. A part of millimetres lies as far askew with less.
-double Impacts::FlatGap(const ContactPair& pair) const {
+// m, from the mass centre of the smaller one of those of the two that can be moved.
+double Impacts::ReachOf(const ContactPair& pair) const {
   double reach = std::numeric_limits<double>::infinity();
   for (const auto& [entity, geometry] :
        {std::pair(pair.entity_a, pair.geometry_a), std::pair(pair.entity_b, pair.geometry_b)}) {
@@ -94,7 +94,12 @@ double Impacts::FlatGap(const ContactPair& pair) const {
     const Vector3& center = world_.scene.entities[Index(entity)]->mass.center_of_mass;
     reach = std::min(reach, ReachFrom(center, past_.GeometryAt(geometry)));
   }
-  return std::clamp(kFlatTilt * reach, kFlatGapLeast, kFlatGap);
+  return reach;
+}
+
+// m: by how much the other corners of what lands flat may be off. A part of millimetres lies as far askew with less.
+double Impacts::FlatGap(const ContactPair& pair) const {
+  return std::clamp(kFlatTilt * ReachOf(pair), kFlatGapLeast, kFlatGap);
 }
 
 // What turns fast may have met something, and part again by the end of the substep.

@@ -17,6 +17,7 @@
 #include "impacts/impact_speed.h"
 #include "impacts/impact_world.h"
 #include "impacts/pair_places.h"
+#include "impacts/swept_pair.h"
 #include "impacts/ties.h"
 #include "joints/joint_step.h"
 #include "motion/spring_forces.h"
@@ -28,17 +29,6 @@ inline constexpr double kRollingTurn = 0.3;
 
 /// m/s: what slips faster slides, whatever else is known of it.
 inline constexpr double kSlidingSpeed = 1e-2;
-
-/// A pair that one body flew into, maybe out of again, since the substep began.
-struct SweptPair {
-  EntityRow entity_a{};  // as in a ContactPair
-  EntityRow entity_b{};
-  GeometryRow geometry_a{};
-  GeometryRow geometry_b{};
-  double time = 0;       // s before the end of the substep
-  double closing = 0;    // m/s, then
-  bool is_deep = false;  // they had touched before, and it rolled into the other one
-};
 
 /// The impacts of one substep: restitution, landing and what flew through something, in one pass after the bodies were
 /// moved. Each is taken back to the time at which it happened by the free motion of its bodies, solved there by the
@@ -137,6 +127,11 @@ class Impacts {
     std::vector<Wrench> wrenches{};  // of what pushes these besides what is known anyway
     bool goes_back() const { return is_tied && time > 0; }
   };
+  // Where it is held from the blow on.
+  struct Held {
+    const Blow* support = nullptr;
+    const Candidate* candidate = nullptr;
+  };
   // Of two that hardly closed when they met.
   struct Graze {
     double time = 0;  // s before the end, of the last one
@@ -190,18 +185,29 @@ class Impacts {
   Vector3 Ask(Blow& blow, const ContactPair& pair) const;
   // m/s, how their surfaces run against each other.
   Vector3 RunAcross(const ContactPair& pair, const Vector3& normal) const;
+  double ReachOf(const ContactPair& pair) const;
   double FlatGap(const ContactPair& pair) const;
   void AddBlow(const Candidate& candidate, const Vector3& position, const Vector3& normal);
   bool MarkHit();
   void Separate();
-  std::vector<StruckBody> RestOfStep();
-  void PushAside(const Blow& support, uint32_t bearer, std::vector<StruckBody>& ends) const;
   void Record();
   void Apply(const std::vector<StruckBody>& ends);
   void HoldLocked(EntityRow row, StruckBody& body) const;
   // Of the row in struck_, to which it is added unless it is there.
   uint32_t NumberOf(EntityRow row);
   void AddStruck(EntityRow row, const Candidate& candidate);
+  // What holds them after the blow (impact_rest.cc).
+  std::vector<StruckBody> RestOfStep();
+  void PushAside(const Blow& support, uint32_t bearer, std::vector<StruckBody>& ends) const;
+  void RollOn(std::span<const Blow> supports, std::span<const Candidate* const> pairs,
+              std::span<const StruckBody> coasting, std::vector<StruckBody>& ends) const;
+  bool MayRollOn(uint32_t body, std::span<const Held> touches, const StruckBody& coasting) const;
+  std::optional<StruckBody> RolledOn(uint32_t body, std::span<const Held> touches, const StruckBody& coasting) const;
+  bool FindTouches(uint32_t body, std::span<const Held> touches, const ImpactMotion& then,
+                   std::vector<StruckBody>& bodies, std::vector<Blow>& blows) const;
+  bool IsReached(uint32_t body, std::span<const Held> touches, double bend, const StruckBody& ground,
+                 const Vector3& place) const;
+  double BendOf(uint32_t body, const ContactPair& pair, const StruckBody& then) const;
   // Who takes part in a blow of others (impact_reached.cc).
   void DropUnreached();
   std::vector<Blow> BlowsBesideApart();
