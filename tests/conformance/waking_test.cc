@@ -1,5 +1,7 @@
 // A sleeper is awake before anything is stopped at it, and nobody is woken by what passes.
 #include <algorithm>
+#include <ctime>
+#include <limits>
 #include <vector>
 
 #include "conformance/engine_test.h"
@@ -269,6 +271,58 @@ TEST_P(Waking, WhoHangsOnWhatIsMadeAnotherWakes) {
           << (is_joint ? "on a joint" : "on a spring") << (before.rigid_body ? "" : ", from nothing");
     }
   }
+}
+
+// Of this thread, s.
+double ProcessorTime() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// `row` * `row` crates that touch nobody else, all asleep.
+struct Field {
+  Field(const std::string& engine, int row) : world(testing::MakeWorld(engine)) {
+    for (int i = 0; i < row * row; ++i) crates.push_back(Add(*world, Crate({2.0 * (i % row), 2.0 * (i / row), 0.5})));
+    for (int i = 0; i < 240 && !AllSleep(); ++i) Steps(*world, 1);
+  }
+  bool AllSleep() const {
+    return std::ranges::all_of(crates, [&](EntityId id) { return Asleep(*world, id); });
+  }
+  // Drops a ball onto a crate, to the step before they meet.
+  void DropOnto(EntityId crate) const {
+    EntityDesc ball = Ball(PositionOf(*world, crate) + Vector3(0, 0, 1.1), 0.3);
+    ball.rigid_body->linear_velocity = {0, 0, -6};
+    Add(*world, ball);
+    Steps(*world, 2);
+  }
+
+  std::unique_ptr<World> world;
+  std::vector<EntityId> crates;
+};
+
+// Processor time of the step in which the first of so many is hit, s: the least of some worlds.
+double FirstHitTime(const std::string& engine, int row) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const Field field(engine, row);
+    if (!field.AllSleep()) ADD_FAILURE() << "they do not sleep";
+    field.DropOnto(field.crates.front());
+    if (!field.AllSleep()) ADD_FAILURE() << "it was hit too early";
+    const double before = ProcessorTime();
+    Steps(*field.world, 1);
+    least = std::min(least, ProcessorTime() - before);
+    EXPECT_FALSE(Asleep(*field.world, field.crates.front()));
+  }
+  return least;
+}
+
+// All of them fell asleep in one step, which had all of them to move. What is to be done once for each of them then was
+// once left to the first hit, and that took 20 times as long as one among few.
+TEST_P(Waking, TheFirstHitAmongManyTakesAboutAsLongAsAmongFew) {
+  Require(*MakeWorld(), Feature::kContacts);
+  const double few = FirstHitTime(GetParam(), 4), many = FirstHitTime(GetParam(), 40);
+  EXPECT_LT(many, 5 * few);
 }
 
 }  // namespace

@@ -135,6 +135,7 @@ TEST_P(BoundsTreeOf, FindsWhatALookAtEachBoxFinds) {
     for (int i = 0; i < 5; ++i) thicket.Remove();
     for (int i = 0; i < 5; ++i) thicket.Insert();
     thicket.tree().Tidy();
+    if (round % 3 == 0) thicket.tree().TidyNewcomers();
     if (round % 5 == 0) thicket.Shift();
     for (int i = 0; i < 10; ++i) thicket.ExpectOverlapsAreFound();
     for (int i = 0; i < 10; ++i) thicket.ExpectRaysMeetThem();

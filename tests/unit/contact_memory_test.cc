@@ -102,6 +102,28 @@ TEST(ContactMemory, ForgetsWhatSleptWhenItIsRemoved) {
   EXPECT_GT(with.size(), without.size());
 }
 
+// The step that puts somebody to sleep does so at its end, and the next list need not look at all of them.
+TEST(ContactMemory, PutsAwayWhoSleepsBeforeTheNextList) {
+  ContactMemory memory, later;
+  for (ContactMemory* each : {&memory, &later}) {
+    Solve(*each, {kBoxOnFloor, kOtherOnFloor});
+    each->SetActive(kOther, false);
+  }
+  memory.PutAway([](EntityId id) {
+    return id == kFloor ? Motion::kNone : id == kOther ? Motion::kResting : Motion::kMoving;
+  });
+  ASSERT_EQ(memory.pairs().size(), 1u);
+  EXPECT_EQ(memory.pairs()[0].key, kBoxOnFloor);
+  std::string bytes, as_later;
+  memory.Save(bytes);
+  later.Save(as_later);
+  EXPECT_EQ(bytes, as_later);
+  for (ContactMemory* each : {&memory, &later}) {
+    each->SetActive(kOther, true);
+    EXPECT_EQ(Solve(*each, {kBoxOnFloor, kOtherOnFloor}), (std::vector<double>{kWeight, kWeight}));
+  }
+}
+
 // As of one whose shapes are replaced.
 TEST(ContactMemory, KnowsNothingOfWhoComesBackWithTheSameId) {
   ContactMemory memory;

@@ -53,6 +53,10 @@ class BackendWorld {
   /// Inactive bodies are kept for active ones to touch, weigh infinitely much, and do not move.
   virtual void SetActive(std::span<const EntityRow> rows, bool active) = 0;
 
+  /// Those that a step put to sleep are all inactive by now. What is to be done once for them is done here, and not in
+  /// the step in which the first of them is woken: that has one body to care for, and this one had all of them.
+  virtual void PutAway() {}
+
   /// Takes pose and velocity of `rows` from `state`.
   virtual void WriteState(std::span<const EntityRow> rows, const StateArrays& state) = 0;
 

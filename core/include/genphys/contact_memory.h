@@ -57,13 +57,27 @@ class ContactMemory {
   /// `motion_of(id)` tells the Motion of an entity; where nothing of a pair moves, it is kept until something does.
   template <typename MotionOf>
   void Begin(MotionOf motion_of) {
-    ForgetRemoved();
-    if (std::exchange(has_slept_, false)) {
-      for (const Pair& pair : pairs_) KeepResting(pair, motion_of(pair.key.a), motion_of(pair.key.b));
-    }
+    PutAway(motion_of);
     // Some were woken and fell asleep again.
     std::erase_if(woken_, [&](EntityId id) { return motion_of(id) != Motion::kMoving; });
     BeginList();
+  }
+
+  /// Takes pairs of which nothing moves any more out of the list: the next one need not look at them. Begin() does so
+  /// otherwise.
+  template <typename MotionOf>
+  void PutAway(MotionOf motion_of) {
+    ForgetRemoved();
+    if (!std::exchange(has_slept_, false)) return;
+    before_.clear();
+    const auto is_kept = [&](Pair& pair) { return KeepResting(pair, motion_of(pair.key.a), motion_of(pair.key.b)); };
+    size_t left = 0;
+    for (size_t i = 0; i < pairs_.size(); ++i) {
+      if (is_kept(pairs_[i])) continue;
+      if (left < i) pairs_[left] = std::move(pairs_[i]);
+      ++left;
+    }
+    pairs_.resize(left);
   }
 
   /// Adds the next pair, in canonical order, with impulses from where its points were before, for a solve that acts for
@@ -115,7 +129,8 @@ class ContactMemory {
 
  private:
   void ForgetRemoved();
-  void KeepResting(const Pair& pair, Motion a, Motion b);
+  // Unless something of it moves. Returns whether it did, and the pair is empty then.
+  bool KeepResting(Pair& pair, Motion a, Motion b);
   void BeginList();
   Pair& Append(const Key& key, const Placement& frame, double interval, std::span<const ContactPoint> points);
 

@@ -38,6 +38,7 @@ class SweptWorld : public BackendWorld {
   void AddBody(const BodyDesc& desc, const StateArrays& state) override;
   void RemoveBody(EntityRow row) override;
   void SetActive(std::span<const EntityRow> rows, bool active) override;
+  void PutAway() override;
   void WriteState(std::span<const EntityRow> rows, const StateArrays& state) override;
   void SetStepper(const StepperSettings& settings) override;
   void ScaleInertia(std::span<const InertiaScale> scales) override;

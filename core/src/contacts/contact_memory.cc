@@ -44,13 +44,15 @@ void ContactMemory::ForgetRemoved() {
   removed_.clear();
 }
 
-void ContactMemory::KeepResting(const Pair& pair, Motion a, Motion b) {
+bool ContactMemory::KeepResting(Pair& pair, Motion a, Motion b) {
   absl::InlinedVector<uint64_t, 2> wakeable;
   for (const auto& [id, motion] : {std::pair(pair.key.a, a), std::pair(pair.key.b, b)}) {
-    if (motion == Motion::kMoving || motion == Motion::kGone) return;
+    if (motion == Motion::kMoving || motion == Motion::kGone) return false;
     if (motion == Motion::kResting) wakeable.push_back(id.packed());
   }
-  resting_.Put(pair, wakeable);
+  if (wakeable.empty()) return false;
+  resting_.Put(std::move(pair), wakeable);
+  return true;
 }
 
 void ContactMemory::BeginList() {

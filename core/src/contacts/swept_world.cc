@@ -63,6 +63,10 @@ void SweptWorld::SetActive(std::span<const EntityRow> rows, bool active) {
   }
 }
 
+void SweptWorld::PutAway() {
+  memory_.PutAway([this](EntityId id) { return MotionOf(id); });
+}
+
 // Solve() takes velocities from the columns, so that only poses are kept here.
 void SweptWorld::WriteState(std::span<const EntityRow> rows, const StateArrays& state) {
   for (const EntityRow row : rows) SetPose(row, state.pose(row));

@@ -69,6 +69,12 @@ void BoundsTree::Tidy() {
   out_of_place_.clear();
 }
 
+void BoundsTree::TidyNewcomers() {
+  if (kRebuildFrom * hung_ <= leaves_) return;
+  Rebuild();
+  out_of_place_.clear();
+}
+
 void BoundsTree::Shift(const Vector3& by) {
   // Rounding keeps the order of numbers: whatever lay in a box does.
   for (Entry& entry : nodes_) entry.box = entry.box.Shifted(by);

@@ -49,6 +49,8 @@ class BoundsTree {
   void Move(Node leaf, const Bounds& box);
   /// Finds all that moved a place where they are, or sorts all anew if many moved or came.
   void Tidy();
+  /// Sorts all anew if most came since that was done last, and Tidy() would do so when only a few more have come.
+  void TidyNewcomers();
   /// Shifts all that is in it.
   void Shift(const Vector3& by);
 

@@ -30,6 +30,8 @@ class BroadPhase {
   void Move(GeometryRow row, const Bounds& box, Course course = Course::kWent);
   void MoveHalfSpace(GeometryRow row, const HalfSpace& half_space);
   void SetMoving(GeometryRow row, bool moving);
+  /// Whoever moves no more from now on mostly does so for long.
+  void PutAway() { resting_.TidyNewcomers(); }
 
   /// Neighbourhoods of moving geometries go `way` (m, world) until EndDrift(). What Move() is told until then is where
   /// a geometry may be as seen from what goes this way, at the beginning. No moving geometry may come near a resting

@@ -38,6 +38,9 @@ class NearPairs {
   void Remove(std::span<const GeometryRow> geometries);
   void SetActive(const Member& member, bool is_active);
 
+  /// Those that a step put to sleep are all inactive by now, and mostly stay so for long.
+  void PutAway() { broad_phase_.PutAway(); }
+
   /// Puts the geometries to where their entity is now.
   void Place(const Member& member, const Pose& pose);
 

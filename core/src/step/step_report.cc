@@ -67,7 +67,11 @@ void StepRun::Report() {
     PutToSleep(row);
     if (kinds.sleeping) events.push_back(EntitySlept{state_.ids[Index(row)]});
   }
-  if (!sleepers.empty()) world_.LayLying();
+  if (!sleepers.empty()) {
+    world_.LayLying();
+    world_.engine_->PutAway();
+    world_.near_->PutAway();
+  }
   if (kinds.moving) ReportMoving(world_.scene_, state_, rows_, layer, events);
   for (EntityId id : faulted_) {
     state_.net_forces.col(id.index()).setZero();
