@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ctime>
 #include <map>
 #include <random>
 #include <utility>
+#include <vector>
 
 namespace genphys {
 namespace {
@@ -144,6 +146,21 @@ TEST_P(BoundsTreeOf, FindsWhatALookAtEachBoxFinds) {
   }
 }
 
+// Of some, few are left.
+TEST_P(BoundsTreeOf, ShiftsWhatIsLeft) {
+  Thicket thicket;
+  for (int i = 0; i < 100; ++i) thicket.Insert();
+  for (int i = 1; i < GetParam(); ++i) thicket.Remove();
+  for (int round = 0; round < 3; ++round) {
+    thicket.Shift();
+    thicket.ExpectOverlapsAreFound();
+    thicket.ExpectRaysMeetThem();
+    thicket.ExpectPairsAreFound();
+    thicket.ExpectBoundsAreTight();
+    thicket.Insert();
+  }
+}
+
 TEST_P(BoundsTreeOf, IsEmptyAfterAllAreRemovedAndFillsAgain) {
   Thicket thicket;
   for (int round = 0; round < 3; ++round) {
@@ -157,6 +174,27 @@ TEST_P(BoundsTreeOf, IsEmptyAfterAllAreRemovedAndFillsAgain) {
       thicket.ExpectPairsAreFound();
     }
   }
+}
+
+// One flies where all others sleep, and goes into them.
+TEST(BoundsTree, ShiftsOneOfManyWhoLeftInNoTime) {
+  BoundsTree tree;
+  std::vector<BoundsTree::Node> leaves;
+  for (uint32_t i = 0; i < 20'000; ++i) {
+    const Vector3 center(i % 100, i / 100, 0);
+    leaves.push_back(tree.Insert(Bounds{center, center}.Widened(0.4), GeometryRow{i}, BoundsTree::kNoGroup));
+  }
+  const auto time_of_shifts = [&] {
+    const std::clock_t before = std::clock();
+    for (int i = 0; i < 200; ++i) tree.Shift({0.1, 0, 0});
+    return static_cast<double>(std::clock() - before);
+  };
+  const double of_all = time_of_shifts();
+  while (leaves.size() > 1) {
+    tree.Remove(leaves.back());
+    leaves.pop_back();
+  }
+  EXPECT_LT(time_of_shifts(), of_all / 10);
 }
 
 // A long ray through a field ends at the first one, and hardly looks at those behind.
