@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <ctime>
 #include <limits>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "conformance/engine_test.h"
@@ -323,6 +325,22 @@ TEST_P(Waking, TheFirstHitAmongManyTakesAboutAsLongAsAmongFew) {
   Require(*MakeWorld(), Feature::kContacts);
   const double few = FirstHitTime(GetParam(), 4), many = FirstHitTime(GetParam(), 40);
   EXPECT_LT(many, 5 * few);
+}
+
+// Whom a blow put elsewhere is looked for in between.
+TEST_P(Waking, TheTimeThatImpactsTakeIsToldAsTheirs) {
+  Require(*MakeWorld(), Feature::kContacts);
+  const Field field(GetParam(), 4);
+  std::map<std::string, uint64_t> spent;
+  for (const EntityId crate : field.crates) {
+    field.DropOnto(crate);
+    field.world->set_record_stats(true);
+    Steps(*field.world, 1);
+    for (const StepStats::Stage& stage : field.world->stats().stages)
+      spent[std::string(stage.name)] += stage.nanoseconds;
+    field.world->set_record_stats(false);
+  }
+  EXPECT_GT(spent["impacts"], spent["collide"]);
 }
 
 }  // namespace

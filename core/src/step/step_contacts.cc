@@ -270,6 +270,7 @@ bool StepRun::WakeSwept(std::span<const SweptPair> swept) {
     }
   }
   if (!is_any) return false;
+  Mark("impacts");
   world_.WakeStirred();
   CollideWoken();
   return true;
@@ -408,6 +409,7 @@ void StepRun::ResolveImpacts(double h, double elapsed, bool after_move, const Ro
     for (const FlownWay& moved : impacts.moved()) rows.push_back(moved.row);
     locked_.Finish(changed);
     looked_at = &changed;
+    Mark("impacts");
     if (!rows.empty()) TellMoved(rows, elapsed, looked_at);
     // Those whom an impact threw out of the bounds of the world meet nobody any more.
     const auto is_stray = [&](const FlownWay& way) { return scratch_.strays[way.row]; };
