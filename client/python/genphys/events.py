@@ -67,7 +67,11 @@ class Event:
 
 @dataclasses.dataclass(frozen=True)
 class ContactBegan(Event):
-    """Two entities began to touch; entity_a has the smaller id."""
+    """Two entities began to touch; entity_a has the smaller id.
+
+    Of two that met several times in one substep, `points` has those of each time one after the other, with the impulses
+    of that time: a place can be among them more than once.
+    """
 
     entity_a: Entity
     entity_b: Entity
