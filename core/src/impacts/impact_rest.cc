@@ -13,6 +13,8 @@ namespace {
 
 // rad: what turns farther until then is left to further impacts.
 constexpr double kTurnMost = 0.64;
+// m/s: what hardly turns is held as well where it was hit, if that tells its velocity to so much.
+constexpr double kStraight = 1e-4;
 // m: as far apart as this two are still in touch.
 constexpr double kTouchGap = 1e-6;
 // Where something round touches goes so far as it turns, of its reach: where it is flat it is the farther.
@@ -131,18 +133,19 @@ void Impacts::RollOn(std::span<const Blow> supports, std::span<const Candidate* 
   }
 }
 
-// Whether it goes on nearly straight, for as long as it is held: else it would be through what is thin before anybody
-// looked.
+// Whether it goes on nearly straight, for as long as it is held, or else it would be through what is thin before
+// anybody looked; but not so straight that it is all the same where it is held.
 bool Impacts::MayRollOn(uint32_t body, std::span<const Held> touches, const StruckBody& coasting) const {
   const Struck& struck = struck_[body];
   const StruckBody& before = bodies_[body];
-  const double turn = struck.time * before.angular_velocity.norm();
+  const double spin = before.angular_velocity.norm(), turn = struck.time * spin;
   if (!(struck.time > 0) || IsLinked(struck.row) || turn > kTurnMost) return false;
-  return std::ranges::all_of(touches, [&](const Held& touch) {
-    const ContactPair& pair = touch.candidate->pair;
-    const auto half = [&](GeometryRow row) { return SmallestHalfExtent(past_.GeometryAt(row).shape); };
-    return BendOf(body, pair, coasting) <= std::min(half(pair.geometry_a), half(pair.geometry_b));
-  });
+  const auto bends = [&](const Held& touch) { return spin * turn * ReachOf(touch.candidate->pair) > kStraight; };
+  return std::ranges::any_of(touches, bends) && std::ranges::all_of(touches, [&](const Held& touch) {
+           const ContactPair& pair = touch.candidate->pair;
+           const auto half = [&](GeometryRow row) { return SmallestHalfExtent(past_.GeometryAt(row).shape); };
+           return BendOf(body, pair, coasting) <= std::min(half(pair.geometry_a), half(pair.geometry_b));
+         });
 }
 
 // m: so far no point of it goes off a straight way until the end, at which it moves as `then`.
