@@ -3,7 +3,9 @@
 // as (I + m h'^2) t'' + m h' h'' t'^2 + m g h' = 0: Lagrange's equation, of one degree of freedom.
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "conformance/engine_test.h"
@@ -89,23 +91,38 @@ struct Fall {
   double height;  // m
 };
 
-// Lets it fall, and compares it with its course at the end of the step in which it lands.
-void Land(const std::string& engine, const Solid& solid, const Fall& fall, size_t points_max) {
-  constexpr double kStep = 1.0 / 60;
-  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = kStep, .substeps = 1}};
+struct Flight {
+  std::unique_ptr<World> world;
+  EntityId id;
+};
+
+Flight Thrown(const std::string& engine, const Solid& solid, const Fall& fall, double step_size) {
+  WorldDesc desc{.engine = engine, .gravity = {0, 0, -kGravity}, .stepper = {.step_size = step_size, .substeps = 1}};
   desc.default_material.friction = desc.default_material.kinetic_friction = 0;
-  const auto world = testing::MakeWorld(desc);
+  auto world = testing::MakeWorld(desc);
   Require(*world, Feature::kContacts);
   EntityDesc thrown = Body(solid.shape, {0, 0, solid.height(fall.angle) + fall.height}, kMass);
   thrown.pose.orientation = Quaternion(Eigen::AngleAxisd(fall.angle, Vector3::UnitY()));
   const EntityId id = Add(*world, thrown);
+  return {std::move(world), id};
+}
+
+// How it goes on from the blow, which lets it not close where it is hit.
+Course Landed(const Solid& solid, const Fall& fall) {
+  const double slope = Slope(solid, fall.angle), speed = std::sqrt(2 * kGravity * fall.height);
+  const double impulse = speed / (1 / kMass + slope * slope / solid.inertia);
+  return {fall.angle, -impulse * slope / solid.inertia};
+}
+
+// Lets it fall, and compares it with its course at the end of the step in which it lands.
+void Land(const std::string& engine, const Solid& solid, const Fall& fall, size_t points_max) {
+  constexpr double kStep = 1.0 / 60;
+  const auto [world, id] = Thrown(engine, solid, fall, kStep);
   const double lands = std::sqrt(2 * fall.height / kGravity);
   const int steps = static_cast<int>(lands / kStep) + 1;
   Steps(*world, steps);
 
-  const double slope = Slope(solid, fall.angle);
-  const double impulse = kGravity * lands / (1 / kMass + slope * slope / solid.inertia);
-  const Course start{fall.angle, -impulse * slope / solid.inertia};
+  const Course start = Landed(solid, fall);
   const Course end = Go(solid, start, steps * kStep - lands);
   ASSERT_GT(Pressure(solid, start), 0);
   ASSERT_GT(Pressure(solid, end), 0);
@@ -129,6 +146,27 @@ void LandFromAll(const std::string& engine, const Solid& solid, const std::vecto
 }
 
 TEST_P(ImpactsOfResting, HoldACornerWhereItIsByThen) { LandFromAll(GetParam(), Boxed(0.2, 0.25), {0.5, 0.6, 0.7}, 8); }
+
+// About the corner, which goes round with it: what holds that at rest where it was holds it back.
+TEST_P(ImpactsOfResting, LetItTurnOnAboutItsCorner) {
+  constexpr double kStep = 1.0 / 120;
+  const Solid solid = Boxed(0.2, 0.25);
+  for (const double height : {0.3, 0.35, 0.4, 0.45, 0.5}) {
+    SCOPED_TRACE(height);
+    const auto [world, id] = Thrown(GetParam(), solid, {0.5, height}, kStep);
+    const double lands = std::sqrt(2 * height / kGravity);
+    const Course start = Landed(solid, {0.5, height});
+    Steps(*world, static_cast<int>(lands / kStep) + 1);
+    for (int step = static_cast<int>(lands / kStep) + 1; step < static_cast<int>(lands / kStep) + 10; ++step) {
+      const Course course = Go(solid, start, step * kStep - lands);
+      ASSERT_GT(Pressure(solid, course), 0);
+      EXPECT_NEAR(PositionOf(*world, id).z(), solid.height(course.angle), 6e-5);
+      EXPECT_NEAR(VelocityOf(*world, id).z(), Slope(solid, course.angle) * course.spin, 3e-3);
+      EXPECT_NEAR(SpinOf(*world, id).y(), course.spin, 1e-2);
+      Steps(*world, 1);
+    }
+  }
+}
 
 TEST_P(ImpactsOfResting, HoldARimWhereItIsByThen) {
   Proves({Claim::kCylinder});

@@ -124,13 +124,11 @@ StepRun::Bend StepRun::RolledBend(const ContactPair& pair, const ContactPoint& p
   return {b.Change(over_b, h) - a.Change(over_a, h), std::clamp(lift, -kLiftMost, kLiftMost) / h};
 }
 
-// The same of two that are flat, at the middle of their points.
-Vector3 StepRun::FlatBend(const ContactPair& pair, double h) const {
-  Vector3 middle = Vector3::Zero();
-  for (const ContactPoint& point : PointsOf(world_.contacts_, pair)) middle += point.position / pair.point_count;
+// The same of two that are flat, which touch at corners of either of them: those go round with it.
+Vector3 StepRun::FlatBend(const ContactPair& pair, const Vector3& place, double h) const {
   const auto change = [&](EntityRow entity) -> Vector3 {
     const Vector3 spin = state_.angular_velocities.col(Index(entity));
-    return TimeOfBend(spin, h) * spin.cross(spin.cross(middle - CenterOf(entity)));
+    return TimeOfBend(spin, h) * spin.cross(spin.cross(place - CenterOf(entity)));
   };
   return change(pair.entity_b) - change(pair.entity_a);
 }
@@ -149,7 +147,17 @@ void StepRun::FindBends(double h) {
     Vector3& bend = scratch_.bends.emplace_back(Vector3::Zero());
     if (pair.is_sensor || !(turns(pair.entity_a) || turns(pair.entity_b))) continue;
     if (!world_.rule_.info(pair.geometry_a).rolls && !world_.rule_.info(pair.geometry_b).rolls) {
-      if (!is_smooth(pair.material)) bend = FlatBend(pair, h);
+      const auto points = std::span(world_.contacts_.points).subspan(pair.first_point, pair.point_count);
+      const bool is_led = scratch_.jointed[pair.entity_a] || scratch_.jointed[pair.entity_b];
+      Vector3 middle = Vector3::Zero();
+      for (ContactPoint& point : points) {
+        middle += point.position / pair.point_count;
+        // What joints lead into something turns as that bends it, and not as it will.
+        if (is_led) continue;
+        const double parting = FlatBend(pair, point.position, h).dot(point.normal);
+        point.bend = std::clamp(parting, -kLiftMost / h, kLiftMost / h);
+      }
+      if (!is_smooth(pair.material)) bend = FlatBend(pair, middle, h);
       continue;
     }
     for (ContactPoint& point : std::span(world_.contacts_.points).subspan(pair.first_point, pair.point_count)) {

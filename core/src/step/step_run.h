@@ -206,7 +206,7 @@ class StepRun {
   };
   BendSide BendSideOf(EntityRow entity, GeometryRow row, double sign) const;
   Bend RolledBend(const ContactPair& pair, const ContactPoint& point, double h) const;
-  Vector3 FlatBend(const ContactPair& pair, double h) const;
+  Vector3 FlatBend(const ContactPair& pair, const Vector3& place, double h) const;
   void FindBends(double h);
 
   // Friction that turns within a substep (step_turns.cc).
