@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine_test.h"
+#include "support/joints.h"
 
 namespace genphys::testing {
 namespace {
@@ -200,6 +201,55 @@ TEST_P(Solvers, SweepsStopASlideOnWhatCanMoveWhereCoulombSays) {
       EXPECT_LE((end - crowd.starts[i] - way * along).norm(), 1e-4 * way) << count << " " << along;
     }
   }
+}
+
+// Crates on the floor, each of them on a ball joint to the next one; the last one weighs more.
+struct Train {
+  Quality quality = Quality::kBalanced;
+  int count = 0;
+  double last = 1;  // kg
+};
+
+// Where they are after the first was drawn aside.
+std::vector<Vector3> Dragged(const std::string& engine, const Train& train, Solver solver) {
+  const auto world = MakeWorld(WorldDesc{.engine = engine,
+                                         .gravity = {0, 0, -kGravity},
+                                         .stepper = {.quality = train.quality, .solver = solver},
+                                         .default_auto_disable = {.enabled = false}});
+  std::vector<EntityId> ids;
+  for (int i = 0; i < train.count; ++i) {
+    EntityDesc crate = Crate({1.5 * i, 0, 0.5}, 0.5, i + 1 < train.count ? 1 : train.last);
+    if (i == 0) crate.rigid_body->linear_velocity.y() = 1;
+    ids.push_back(Add(*world, crate));
+    const Pose middle{.position = {0.75, 0, 0}};
+    if (i > 0) Join(*world, Between(ids[ids.size() - 2], ids.back(), BallJoint{}, middle));
+  }
+  Steps(*world, 5);
+  std::vector<Vector3> places;
+  for (const EntityId id : ids) places.push_back(PositionOf(*world, id));
+  return places;
+}
+
+// Twelve rows of each crate on the floor, and three of each joint.
+TEST_P(Solvers, LargeIslandsOfJointsOnAFloorAreSweptWhereAPresetHasNoMoreTimeForThem) {
+  const auto is_swept = [](const Train& train) {
+    return Dragged(GetParam(), train, Solver::kAutomatic) == Dragged(GetParam(), train, Solver::kIterative);
+  };
+  EXPECT_FALSE(is_swept({Quality::kFast, 4})) << "57 rows";
+  EXPECT_TRUE(is_swept({Quality::kFast, 5})) << "72 rows";
+  for (const Quality quality : {Quality::kBalanced, Quality::kAccurate}) {
+    EXPECT_FALSE(is_swept({quality, 10})) << "147 rows";
+    EXPECT_TRUE(is_swept({quality, 11})) << "162 rows";
+  }
+}
+
+TEST_P(Solvers, FastSweepsNoIslandOfJointsInWhichSomethingIsVeryHeavy) {
+  const auto is_swept = [](const Train& train) {
+    return Dragged(GetParam(), train, Solver::kAutomatic) == Dragged(GetParam(), train, Solver::kIterative);
+  };
+  EXPECT_TRUE(is_swept({Quality::kFast, 10, 49}));
+  EXPECT_FALSE(is_swept({Quality::kFast, 10, 51}));
+  EXPECT_TRUE(is_swept({Quality::kFast, 11, 51})) << "162 rows";
 }
 
 TEST_P(Solvers, ChangeBetweenAnyTwoSteps) {

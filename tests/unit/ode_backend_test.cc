@@ -47,8 +47,12 @@ TEST(OdeBackend, ListsOnlyWhatItCan) {
 TEST(OdeBackend, TakesWhatIsSetBeforeWhatThePresetMeans) {
   const auto backend = MakeOdeBackend();
   const auto fast = backend->Resolve(Preset(Quality::kFast));
-  EXPECT_EQ(fast, (StepperSettings{.solver = Solver::kAutomatic, .substeps = 1, .iterations = 10, .may_go_on = true}));
+  EXPECT_EQ(
+      fast,
+      (StepperSettings{
+          .solver = Solver::kAutomatic, .substeps = 1, .iterations = 10, .may_go_on = true, .jointed_rows_max = 60}));
   EXPECT_EQ(backend->Resolve(Preset(Quality::kAccurate)).substeps, 4u);
+  EXPECT_EQ(backend->Resolve(Preset(Quality::kAccurate)).jointed_rows_max, 160u);
   EXPECT_FALSE(backend->Resolve({.iterations = 10}).may_go_on) << "so many were asked for";
   const auto own = backend->Resolve({.solver = Solver::kDirect, .substeps = 3, .iterations = 7});
   EXPECT_EQ(own, (StepperSettings{.solver = Solver::kDirect, .substeps = 3, .iterations = 7}));

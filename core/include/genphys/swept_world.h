@@ -26,11 +26,9 @@ struct PlacedGeometry {
 /// and the saved impulses alone, not on how these came about.
 class SweptWorld : public BackendWorld {
  public:
-  /// An island with joints is solved all at once, unless asked otherwise, while it has no more rows than this.
-  static constexpr size_t kJointedRowsMax = 160;
-  /// So is one without joints that has no more points than this, if weights in it are uneven. Of boxes on top of each
-  /// other, the topmost a hundred times as heavy, that takes as long as sweeps for eight of them, and 1.6 times as long
-  /// for twelve, of which sweeps let the topmost fall.
+  /// An island without joints is solved all at once, unless asked otherwise, while it has no more points than this, if
+  /// weights in it are uneven. Of boxes on top of each other, the topmost a hundred times as heavy, that takes as long
+  /// as sweeps for eight of them, and 1.6 times as long for twelve, of which sweeps let the topmost fall.
   static constexpr size_t kUnevenPointsMax = 48;
 
   explicit SweptWorld(const StepperSettings& settings);

@@ -14,6 +14,9 @@ namespace {
 // cube of the rows.
 constexpr size_t kDirectContactsMax = 100;
 constexpr size_t kDirectRowsMax = 300;
+// Rows of an island with joints in which one body weighs PushSpread::kUneven times as much as another, whatever the
+// preset: sweeps let what is heavy press out what is light below it, and throw that aside.
+constexpr size_t kUnevenRowsMax = 160;
 // Of a WorkWatch, for an island, and the rows up to which one may be solved all at once, which takes more than their
 // square.
 constexpr int64_t kIslandWork = 64;
@@ -200,7 +203,13 @@ bool SweptWorld::IsForDirect(uint32_t number, const Call& call) const {
     case Solver::kAutomatic:
       break;
   }
-  if (island.joint_rows > 0) return 3 * island.contacts + island.joint_rows <= kJointedRowsMax;
+  if (island.joint_rows > 0) {
+    const size_t rows = 3 * island.contacts + island.joint_rows;
+    if (rows <= settings_.jointed_rows_max) return true;
+    const auto weight = [&](EntityRow row) { return body(row).mass.mass; };
+    const auto [lightest, heaviest] = std::ranges::minmax(islands_.RowsOf(number), {}, weight);
+    return rows <= kUnevenRowsMax && weight(heaviest) >= PushSpread::kUneven * weight(lightest);
+  }
   return island.contacts <= kUnevenPointsMax && SpreadOf(number, call) >= PushSpread::kUneven;
 }
 
