@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "conformance/engine_test.h"
-#include "support/random.h"
 #include "support/shapes.h"
 
 namespace genphys::testing {

@@ -3,7 +3,6 @@
 #include <optional>
 #include <tuple>
 #include <utility>
-#include <variant>
 
 #include "genphys/bounds.h"
 #include "impacts/impacts.h"
@@ -19,12 +18,6 @@ constexpr double kStraight = 1e-4;
 constexpr double kTouchGap = 1e-6;
 // Where something round touches goes so far as it turns, of its reach: where it is flat it is the farther.
 constexpr double kRoundWay = 4;
-
-bool IsRound(const Shape& shape) {
-  return std::holds_alternative<Sphere>(shape) || std::holds_alternative<Capsule>(shape) ||
-         std::holds_alternative<Cylinder>(shape) || std::holds_alternative<Cone>(shape) ||
-         std::holds_alternative<Ellipsoid>(shape);
-}
 
 }  // namespace
 
@@ -211,8 +204,7 @@ bool Impacts::IsReached(uint32_t body, std::span<const Held> touches, double ben
   const StruckBody& before = bodies_[body];
   const double time = struck_[body].time, turn = time * before.angular_velocity.norm();
   const ContactPair& pair = touches.front().candidate->pair;
-  const auto is_round = [&](GeometryRow geometry) { return IsRound(past_.GeometryAt(geometry).shape); };
-  const bool rolls = is_round(pair.geometry_a) || is_round(pair.geometry_b);
+  const bool rolls = world_.rule.info(pair.geometry_a).rolls || world_.rule.info(pair.geometry_b).rolls;
   const double way = kTouchGap + 2 * bend + (rolls ? kRoundWay * turn * ReachOf(pair) : 0);
   return std::ranges::any_of(touches, [&](const Held& touch) {
     const Vector3& met = touch.support->position;
