@@ -69,6 +69,14 @@ class GenphysSimulation final : public Simulation {
   void Remove(size_t body) override { Apply(DeleteEntity{bodies_.at(body)}); }
   void Release(size_t joint) override { Apply(DeleteJoint{joints_.at(joint)}); }
 
+  void Aim(std::span<const size_t> joints, std::span<const double> positions,
+           std::span<const double> velocities) override {
+    SetMotorColumns columns{.velocities = {velocities.begin(), velocities.end()},
+                            .positions = {positions.begin(), positions.end()}};
+    for (const size_t joint : joints) columns.ids.push_back(joints_.at(joint));
+    Apply(columns);
+  }
+
   StepStats Explain(double step_size) override {
     world_->set_record_stats(true);
     Step(step_size);

@@ -1,9 +1,12 @@
 #include "raw_bullet.h"
 
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -15,16 +18,29 @@
 namespace genphys::bench {
 namespace {
 
+// Of a motor without a bound, N*m: its impulse must stay a number.
+constexpr double kForceMax = 1e9;
+
 btVector3 ToBullet(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 btQuaternion ToBullet(const Quaternion& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 btTransform ToBullet(const Pose& pose) { return btTransform(ToBullet(pose.orientation), ToBullet(pose.position)); }
 Vector3 FromBullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
-// A mesh, which Bullet only points to.
+// A mesh or heightfield, which Bullet only points to.
 struct MeshCopy {
   std::vector<double> points;
   std::vector<int> triangles;
   std::unique_ptr<btTriangleIndexVertexArray> arrays;
+};
+
+// A motor, which Bullet wants told anew as the size of steps changes. One that drives to a position is one to a
+// velocity that is steered by the error.
+struct Driven {
+  btHingeConstraint* hinge = nullptr;
+  double velocity = 0;
+  double force_max = 0;
+  double rate = 0;  // 1/s, at which the error is taken away; zero: there is no position
+  double position = 0;
 };
 
 struct Pushed {
@@ -61,10 +77,20 @@ class ShapeMaker {
         static_cast<int>(copy.points.size() / 3), copy.points.data(), static_cast<int>(3 * sizeof(double)));
     return std::make_unique<btBvhTriangleMeshShape>(copy.arrays.get(), true);
   }
-  template <typename Other>
-  Made operator()(const Other&) {
-    throw std::logic_error("no problem has this shape");
+  Made operator()(const Heightfield& field) {
+    const HeightfieldData& given = *field.data;
+    MeshCopy& copy = *meshes_.emplace_back(std::make_unique<MeshCopy>());
+    copy.points = given.heights;
+    // Its origin is halfway between the lowest and the highest that it is told.
+    double most = 0;
+    for (const double height : given.heights) most = std::max(most, std::abs(height));
+    auto shape = std::make_unique<btHeightfieldTerrainShape>(
+        static_cast<int>(given.columns), static_cast<int>(given.rows), copy.points.data(), -most, most, 2, false);
+    shape->setLocalScaling(btVector3(given.cell_size, given.cell_size, 1));
+    return shape;
   }
+  Made operator()(const Cone& c) { return std::make_unique<btConeShapeZ>(c.radius, 2 * c.half_length); }
+  Made operator()(const Ellipsoid&) { throw NotHad("ellipsoids"); }
 
  private:
   std::vector<std::unique_ptr<MeshCopy>>& meshes_;
@@ -109,6 +135,7 @@ class RawBullet final : public Simulation {
   }
 
   void Step(double step_size) override {
+    for (const auto& [joint, driven] : driven_) Steer(driven, step_size);
     for (const Pushed& pushed : pushed_) {
       bodies_[pushed.body]->applyCentralForce(ToBullet(pushed.force));
       bodies_[pushed.body]->applyTorque(ToBullet(pushed.torque));
@@ -146,8 +173,18 @@ class RawBullet final : public Simulation {
   }
 
   void Release(size_t joint) override {
+    driven_.erase(joint);
     world_.removeConstraint(joints_.at(joint).get());
     joints_[joint].reset();
+  }
+
+  void Aim(std::span<const size_t> joints, std::span<const double> positions,
+           std::span<const double> velocities) override {
+    for (size_t i = 0; i < joints.size(); ++i) {
+      Driven& driven = driven_.at(joints[i]);
+      driven.position = positions[i];
+      driven.velocity = velocities[i];
+    }
   }
 
   StepStats Explain(double step_size) override {
@@ -181,7 +218,7 @@ class RawBullet final : public Simulation {
   }
 
   void Add(const EntityDesc& desc) {
-    std::unique_ptr<btCollisionShape> shape = std::visit(ShapeMaker(meshes_), desc.rigid_body->geometries.at(0).shape);
+    std::unique_ptr<btCollisionShape> shape = ShapeOf(*desc.rigid_body);
     if (desc.rigid_body->motion_type == MotionType::kStatic) {
       Place(std::move(shape), ToBullet(desc.pose), 0, {});
       return;
@@ -193,6 +230,50 @@ class RawBullet final : public Simulation {
     body.setAngularVelocity(ToBullet(desc.rigid_body->angular_velocity));
   }
 
+  std::unique_ptr<btCollisionShape> ShapeOf(const RigidBody& body) {
+    const std::vector<Geometry>& geometries = body.geometries;
+    for (const Geometry& geometry : geometries) {
+      if (!geometry.surface_velocity.isZero(0)) throw NotHad("surfaces that run");
+    }
+    if (geometries.size() == 1 && geometries[0].pose_in_entity == Pose{}) {
+      return std::visit(ShapeMaker(meshes_), geometries[0].shape);
+    }
+    auto compound = std::make_unique<btCompoundShape>();
+    for (const Geometry& geometry : geometries) {
+      shapes_.push_back(std::visit(ShapeMaker(meshes_), geometry.shape));
+      compound->addChildShape(ToBullet(geometry.pose_in_entity), shapes_.back().get());
+    }
+    return compound;
+  }
+
+  // The joint that is added next.
+  std::unique_ptr<btTypedConstraint> Hinge(std::unique_ptr<btHingeConstraint> hinge, const JointAxis& axis) {
+    if (axis.spring) throw NotHad("springs in joints");
+    if (axis.limits.lower.has_value() != axis.limits.upper.has_value()) throw NotHad("limits on one side");
+    // It counts its angle the other way round.
+    if (axis.limits.lower) hinge->setLimit(-*axis.limits.upper, -*axis.limits.lower);
+    if (axis.motor) {
+      const Motor& motor = *axis.motor;
+      Driven& driven = driven_[joints_.size()];
+      driven = {
+          .hinge = hinge.get(), .velocity = motor.target_velocity, .force_max = motor.force_max.value_or(kForceMax)};
+      if (motor.target_position) {
+        driven.rate = motor.stiffness / motor.damping;
+        driven.position = *motor.target_position;
+      }
+    }
+    return hinge;
+  }
+
+  static void Steer(const Driven& driven, double step_size) {
+    double velocity = driven.velocity;
+    // No faster than in one step.
+    if (driven.rate > 0) {
+      velocity += std::min(driven.rate, 1 / step_size) * (driven.position + driven.hinge->getHingeAngle());
+    }
+    driven.hinge->enableAngularMotor(true, -velocity, driven.force_max * step_size);
+  }
+
   void Join(const JointDesc& desc) {
     btRigidBody& b = *bodies_.at(*PlaceOf(desc.entity_b));
     btRigidBody& a =
@@ -200,17 +281,23 @@ class RawBullet final : public Simulation {
     const btTransform in_a = ToBullet(*desc.frame_in_a);
     const btTransform in_b = ToBullet(*desc.frame_in_b);
     std::unique_ptr<btTypedConstraint> joint;
-    if (!IsPlain(desc.kind)) throw std::logic_error("an engine alone has no springs, motors and limits here");
-    if (std::holds_alternative<BallJoint>(desc.kind)) {
+    // What is x of its frames is z of ours.
+    const btTransform turn(btQuaternion(btVector3(0, 1, 0), -SIMD_HALF_PI), btVector3(0, 0, 0));
+    const auto* ball = std::get_if<BallJoint>(&desc.kind);
+    if (ball != nullptr && !IsPlain(desc.kind)) {
+      auto cone = std::make_unique<btConeTwistConstraint>(a, b, in_a * turn, in_b * turn);
+      // It has one bound for both ways to twist.
+      const double swing = ball->swing_max.value_or(SIMD_PI);
+      cone->setLimit(swing, swing, ball->twist.upper.value_or(SIMD_PI));
+      joint = std::move(cone);
+    } else if (ball != nullptr) {
       joint = std::make_unique<btPoint2PointConstraint>(a, b, in_a.getOrigin(), in_b.getOrigin());
-    } else if (std::holds_alternative<HingeJoint>(desc.kind)) {
-      joint = std::make_unique<btHingeConstraint>(a, b, in_a, in_b);
-    } else if (std::holds_alternative<SliderJoint>(desc.kind)) {
-      // It slides along x of its frames, ours along z.
-      const btTransform turn(btQuaternion(btVector3(0, 1, 0), -SIMD_HALF_PI), btVector3(0, 0, 0));
+    } else if (const auto* hinge = std::get_if<HingeJoint>(&desc.kind)) {
+      joint = Hinge(std::make_unique<btHingeConstraint>(a, b, in_a, in_b), hinge->axis);
+    } else if (std::holds_alternative<SliderJoint>(desc.kind) && IsPlain(desc.kind)) {
       joint = std::make_unique<btSliderConstraint>(a, b, in_a * turn, in_b * turn, true);
     } else {
-      throw std::logic_error("no problem has this joint");
+      throw NotHad("this kind of joint");
     }
     world_.addConstraint(joint.get(), true);
     joints_.push_back(std::move(joint));
@@ -227,6 +314,7 @@ class RawBullet final : public Simulation {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<std::unique_ptr<btTypedConstraint>> joints_;
+  std::map<size_t, Driven> driven_;  // by joint
   std::vector<Pushed> pushed_;
   btDiscreteDynamicsWorld world_;
 };

@@ -6,6 +6,23 @@
 
 namespace genphys::bench {
 
+double JointGap(const Simulation& simulation, const Scene& scene) {
+  double gap = 0;
+  for (const JointDesc& joint : scene.joints) {
+    if (!std::holds_alternative<BallJoint>(joint.kind) && !std::holds_alternative<HingeJoint>(joint.kind)) continue;
+    const auto end = [&](const EntityRef& ref, const Vector3& point) {
+      const std::optional<size_t> place = PlaceOf(ref);
+      if (!place) return point;
+      const Motion motion = simulation.MotionOf(*place);
+      return Vector3(motion.position + motion.orientation * point);
+    };
+    gap = std::max(
+        gap,
+        (end(joint.entity_a, joint.frame_in_a->position) - end(joint.entity_b, joint.frame_in_b->position)).norm());
+  }
+  return gap;
+}
+
 Run::Run(std::unique_ptr<Simulation> simulation, const Scene& scene, double step_size, StepPlan plan)
     : simulation_(std::move(simulation)), scene_(scene), step_size_(step_size), plan_(plan) {
   for (const EntityDesc& body : scene.bodies) {
@@ -71,23 +88,6 @@ Vector3 Run::AngularMomentum() const {
            turn * masses_[i].tensor * turn.transpose() * motion.spin;
   }
   return sum;
-}
-
-double Run::JointGap() const {
-  double gap = 0;
-  for (const JointDesc& joint : scene_.joints) {
-    if (!std::holds_alternative<BallJoint>(joint.kind) && !std::holds_alternative<HingeJoint>(joint.kind)) continue;
-    const auto end = [this](const EntityRef& ref, const Vector3& point) {
-      const std::optional<size_t> place = PlaceOf(ref);
-      if (!place) return point;
-      const Motion motion = (*this)[*place];
-      return Vector3(motion.position + motion.orientation * point);
-    };
-    gap = std::max(
-        gap,
-        (end(joint.entity_a, joint.frame_in_a->position) - end(joint.entity_b, joint.frame_in_b->position)).norm());
-  }
-  return gap;
 }
 
 }  // namespace genphys::bench

@@ -10,6 +10,9 @@
 
 namespace genphys::bench {
 
+/// How far apart the ends of balls and hinges are, the farthest of them, m.
+double JointGap(const Simulation& simulation, const Scene& scene);
+
 /// How a run gets to where it goes: by equal steps, or by steps from half to one and a half times the size.
 enum class StepPlan { kEven, kRandom };
 
@@ -32,8 +35,7 @@ class Run {
   double KineticEnergy() const;
   Vector3 Momentum() const;         // kg*m/s
   Vector3 AngularMomentum() const;  // kg*m^2/s, about the origin
-  /// How far apart the ends of balls and hinges are, the farthest of them, m.
-  double JointGap() const;
+  double JointGap() const { return bench::JointGap(*simulation_, scene_); }
 
  private:
   double NextStep(double left);

@@ -10,4 +10,8 @@ double Simulation::TimedSteps(double step_size, long count) {
   return ProcessorTime() - begin;
 }
 
+void Simulation::Aim(std::span<const size_t>, std::span<const double>, std::span<const double>) {
+  throw NotHad("motors");
+}
+
 }  // namespace genphys::bench

@@ -1,5 +1,7 @@
 #pragma once
 #include <cstddef>
+#include <span>
+#include <stdexcept>
 
 #include "genphys/math.h"
 #include "genphys/world.h"
@@ -12,6 +14,12 @@ struct Motion {
   Quaternion orientation = Quaternion::Identity();
   Vector3 velocity = Vector3::Zero();  // m/s
   Vector3 spin = Vector3::Zero();      // rad/s
+};
+
+/// What a contender has not, "ellipsoids": no failure, but an answer.
+class NotHad : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 /// A scene in the hands of one contender. Bodies and joints are named by their places in the scene. What goes wrong is
@@ -35,6 +43,10 @@ class Simulation {
   virtual void SetGravity(const Vector3& gravity) = 0;
   virtual void Remove(size_t body) = 0;
   virtual void Release(size_t joint) = 0;
+  /// From now on the motors of these hinges, which drive to a position, do so to `positions` (rad), which go on at
+  /// `velocities` (rad/s). Not of every contender: NotHad.
+  virtual void Aim(std::span<const size_t> joints, std::span<const double> positions,
+                   std::span<const double> velocities);
 
   /// Takes a step and says who took part in it. The engines alone do not tell where its time went.
   virtual StepStats Explain(double step_size) = 0;
