@@ -19,21 +19,21 @@ LINES = {("passer", "asleep"): ("a box passes sleepers", ""),
 _LEFT, _WIDTH, _HEIGHT = 60, 620, 300
 
 
-def _text(x: float, y: float, words: str, anchor: str = "middle") -> str:
+def draw_text(x: float, y: float, words: str, anchor: str = "middle") -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{html.escape(words)}</text>'
 
 
-def _line(x1: float, y1: float, x2: float, y2: float, style: str) -> str:
+def draw_line(x1: float, y1: float, x2: float, y2: float, style: str) -> str:
     return f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" {style}/>'
 
 
-def _sheet(width: float, height: float, parts: list[str]) -> str:
+def sheet(width: float, height: float, parts: list[str]) -> str:
     body = "\n".join(parts)
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" '
             f'font-size="11">\n<rect width="100%" height="100%" fill="white"/>\n{body}\n</svg>\n')
 
 
-def _power(exponent: int) -> str:
+def power(exponent: int) -> str:
     return f"{10**exponent:,}" if exponent >= 0 else f"{10.0**exponent:.{-exponent}f}"
 
 
@@ -71,20 +71,20 @@ def costs(data: dict[str, Any]) -> str:
 
     parts = []
     for exponent in range(x_low, x_high + 1):
-        parts += [_line(x(10.0**exponent), top, x(10.0**exponent), base, 'stroke="#ddd"'),
-                  _text(x(10.0**exponent), base + 16, _power(exponent))]
+        parts += [draw_line(x(10.0**exponent), top, x(10.0**exponent), base, 'stroke="#ddd"'),
+                  draw_text(x(10.0**exponent), base + 16, power(exponent))]
     for exponent in range(y_low, y_high + 1):
-        parts += [_line(_LEFT, y(10.0**exponent), _LEFT + _WIDTH, y(10.0**exponent), 'stroke="#ddd"'),
-                  _text(_LEFT - 6, y(10.0**exponent) + 4, _power(exponent), "end")]
+        parts += [draw_line(_LEFT, y(10.0**exponent), _LEFT + _WIDTH, y(10.0**exponent), 'stroke="#ddd"'),
+                  draw_text(_LEFT - 6, y(10.0**exponent) + 4, power(exponent), "end")]
     for place, (words, color, dash, line) in enumerate(curves):
         left, at = _LEFT + place % 2 * _WIDTH / 2, 14 + place // 2 * 16
         style = f'stroke="{color}" stroke-width="2"' + (f' stroke-dasharray="{dash}"' if dash else "")
         path = " ".join(f"{x(size):.1f},{y(cost):.1f}" for size, cost in line)
-        parts += [_line(left, at, left + 28, at, style), _text(left + 36, at + 4, words, "start"),
+        parts += [draw_line(left, at, left + 28, at, style), draw_text(left + 36, at + 4, words, "start"),
                   f'<polyline points="{path}" fill="none" {style}/>']
         parts += [f'<circle cx="{x(size):.1f}" cy="{y(cost):.1f}" r="3" fill="{color}"/>' for size, cost in line]
-    parts.append(_text(_LEFT + _WIDTH / 2, base + 34, "to the right: bodies beside it; upwards: µs per step"))
-    return _sheet(_LEFT + _WIDTH + 30, base + 44, parts)
+    parts.append(draw_text(_LEFT + _WIDTH / 2, base + 34, "to the right: bodies beside it; upwards: µs per step"))
+    return sheet(_LEFT + _WIDTH + 30, base + 44, parts)
 
 
 def bars(figures: list[tuple[str, float, bool]]) -> str:
@@ -98,13 +98,13 @@ def bars(figures: list[tuple[str, float, bool]]) -> str:
 
     parts = []
     for exponent in range(round(low), round(high) + 1):
-        parts += [_line(x(10.0**exponent), top - 6, x(10.0**exponent), base, 'stroke="#ddd"'),
-                  _text(x(10.0**exponent), top - 10, _power(exponent))]
+        parts += [draw_line(x(10.0**exponent), top - 6, x(10.0**exponent), base, 'stroke="#ddd"'),
+                  draw_text(x(10.0**exponent), top - 10, power(exponent))]
     for place, (words, share, is_held) in enumerate(figures):
         at = top + row * place
-        parts += [_text(left - 8, at + 12, words, "end"),
+        parts += [draw_text(left - 8, at + 12, words, "end"),
                   f'<rect x="{left}" y="{at + 3}" width="{x(share) - left:.1f}" height="{row - 6}" '
-                  f'fill="{HELD if is_held else MISSED}"/>', _text(x(share) + 4, at + 12, f"{share:.2g}", "start")]
-    parts.append(_line(x(1), top - 6, x(1), base, 'stroke="black" stroke-dasharray="5 4"'))
-    parts.append(_text(left + width / 2, base + 16, "median over what it may be at most"))
-    return _sheet(left + width + 50, base + 26, parts)
+                  f'fill="{HELD if is_held else MISSED}"/>', draw_text(x(share) + 4, at + 12, f"{share:.2g}", "start")]
+    parts.append(draw_line(x(1), top - 6, x(1), base, 'stroke="black" stroke-dasharray="5 4"'))
+    parts.append(draw_text(left + width / 2, base + 16, "median over what it may be at most"))
+    return sheet(left + width + 50, base + 26, parts)
