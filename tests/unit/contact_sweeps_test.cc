@@ -35,7 +35,11 @@ struct OnFloor {
     const uint32_t number = sweeps.AddBody(body);
     point.relative_velocity = body.linear_velocity;
     sweeps.AddPair(ContactSweeps::kFixed, number, pair, {&point, 1}, {&impulse, 1});
-    sweeps.Solve(direct);
+    if (direct == nullptr) {
+      sweeps.Solve();
+    } else {
+      EXPECT_TRUE(sweeps.SolveDirectly(direct, false));
+    }
     return sweeps.body(number);
   }
 

@@ -16,7 +16,11 @@ class World final : public SweptWorld {
 
  private:
   void SolveIsland(uint32_t island, const Call& call) override {
-    Sweep(island, call, IsForDirect(island, call) ? &exact_ : nullptr);
+    if (IsForDirect(island, call)) {
+      SolveDirectly(island, call, &exact_, true);
+    } else {
+      Sweep(island, call);
+    }
   }
 
   DantzigSolver exact_;

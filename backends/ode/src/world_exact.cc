@@ -24,8 +24,11 @@ bool IsFinite(const Motion& motion) {
 }  // namespace
 
 void World::SolveIsland(uint32_t island, const Call& call) {
+  // Of what has joints the layer mostly knows sooner who obeys what than the exact solver finds it out.
+  const bool is_direct = IsForDirect(island, call), is_jointed = islands().islands()[island].joint_rows > 0;
+  if (is_direct && is_jointed && SolveDirectly(island, call, nullptr, false)) return;
   double softness = 1;
-  const bool is_exact = IsExact(island, call, softness);
+  const bool is_exact = is_direct && IsExact(island, call, softness);
   if (is_exact) most_exact_ = std::max(most_exact_, static_cast<uint32_t>(islands().RowsOf(island).size()));
   if (!is_exact || !SolveExactly(island, softness, call)) Sweep(island, call);
 }
@@ -33,7 +36,7 @@ void World::SolveIsland(uint32_t island, const Call& call) {
 // Stacks are what the exact solver is worst at, unless they are small and of very different weights; joints are what it
 // is best at.
 bool World::IsExact(uint32_t number, const Call& call, double& softness) const {
-  if (has_failed_exactly_ || !IsForDirect(number, call)) return false;
+  if (has_failed_exactly_) return false;
   const bool is_jointed = islands().islands()[number].joint_rows > 0;
   const double spread = SpreadOf(number, call);
   if (!is_jointed && spread >= PushSpread::kUneven) softness = std::max(kLeastSoftness, 1 / spread);

@@ -66,8 +66,12 @@ class ContactSweeps {
   /// Adds a row of a joint; kFixed is a side that cannot be moved and stands still. Solve() writes its impulse back.
   void AddRow(uint32_t a, uint32_t b, JointRow& row);
 
-  /// Solves. All at once, with the help of `direct`, if there is one and the equations let it; else in sweeps.
-  void Solve(BoundedSolver* direct = nullptr);
+  /// Solves in sweeps.
+  void Solve();
+
+  /// Solves all at once, if need be and if there is one with the help of `bounded`. If the equations do not let it, it
+  /// sweeps, or if it may not, does nothing and returns false.
+  bool SolveDirectly(BoundedSolver* bounded, bool may_sweep);
 
   /// A body by its number: what Solve() made of it.
   const SweptBody& body(uint32_t number) const;

@@ -45,7 +45,7 @@ struct JointRow {
   double rate = 0;             // m/s or rad/s, of what damps: on the mean of the solve
   double lower = -kUnbounded;  // N*s or N*m*s: either none, zero or minus `upper`
   double upper = kUnbounded;
-  double impulse = 0;  // N*s or N*m*s: what the solve found
+  double impulse = 0;  // N*s or N*m*s: what the solve found; before that, what an engine may start from
 };
 
 }  // namespace genphys

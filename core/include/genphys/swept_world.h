@@ -8,6 +8,7 @@
 #include "genphys/contact_memory.h"
 #include "genphys/contact_sweeps.h"
 #include "genphys/islands.h"
+#include "genphys/joint_memory.h"
 #include "genphys/placement.h"
 
 namespace genphys {
@@ -45,7 +46,7 @@ class SweptWorld : public BackendWorld {
   void SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state, ContactBuffer& contacts,
                   std::span<JointRow> joint_rows) override;
   void Recall(const ContactBuffer& solved) override;
-  void SaveState(std::string& bytes) const override { memory_.Save(bytes); }
+  void SaveState(std::string& bytes) const override;
 
  protected:
   /// The number of a body that is in no solve, or cannot be moved in it.
@@ -92,7 +93,9 @@ class SweptWorld : public BackendWorld {
   /// See PushSpread.
   double SpreadOf(uint32_t island, const Call& call) const;
   /// Has the layer solve an island; see ContactSweeps::Solve().
-  void Sweep(uint32_t island, const Call& call, BoundedSolver* direct = nullptr);
+  void Sweep(uint32_t island, const Call& call);
+  /// The same all at once; see ContactSweeps::SolveDirectly().
+  bool SolveDirectly(uint32_t island, const Call& call, BoundedSolver* bounded, bool may_sweep);
   /// A body goes to `pose` with the velocities that it has in `state`. Throws EngineFault if any of it is not finite.
   void Move(EntityRow row, const Pose& pose, StateArrays& state);
 
@@ -110,16 +113,21 @@ class SweptWorld : public BackendWorld {
  private:
   void SetPose(EntityRow row, const Pose& pose);
   void CheckVelocity(EntityRow row, const StateArrays& state) const;
+  // Null of the world and of entities without physics.
+  EntityId IdOf(EntityRow row) const { return IsBody(row) ? body(row).id : EntityId(); }
   ContactMemory::Motion MotionOf(EntityId id) const;
   std::pair<ContactMemory::Key, Placement> Identify(const ContactPair& pair);
   SweptBody Swept(EntityRow row, const StateArrays& state) const;
   uint32_t NumberOf(EntityRow row, const StateArrays& state);
+  void LoadSweeps(uint32_t island, const Call& call);
+  void TakeSweeps(uint32_t island, const Call& call, bool is_solved);
   void TakeSwept(EntityRow row, const SweptBody& swept, const Call& call);
 
   std::vector<Body> bodies_;                // by entity row
   std::vector<PlacedGeometry> geometries_;  // by geometry row
   StepperSettings settings_;
   ContactMemory memory_;  // its pairs are those of the last Solve()
+  JointMemory joint_memory_;
   ContactSweeps sweeps_;
   // Kept between calls for their memory only.
   Islands islands_;

@@ -47,7 +47,11 @@ void ContactSweeps::AddPair(uint32_t a, uint32_t b, const ContactPair& pair, std
 
 void ContactSweeps::AddRow(uint32_t a, uint32_t b, JointRow& row) { impl_->AddRow(a, b, row); }
 
-void ContactSweeps::Solve(BoundedSolver* direct) { impl_->Solve(direct); }
+void ContactSweeps::Solve() { impl_->Solve(); }
+
+bool ContactSweeps::SolveDirectly(BoundedSolver* bounded, bool may_sweep) {
+  return impl_->SolveDirectly(bounded, may_sweep);
+}
 
 const SweptBody& ContactSweeps::body(uint32_t number) const { return impl_->body(number); }
 

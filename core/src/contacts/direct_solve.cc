@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <numeric>
 
 #include "contacts/disc_solve.h"
 
@@ -15,9 +16,10 @@ constexpr double kJam = 1e-2;
 }  // namespace
 
 void DirectSolve::Add(const SolverRow& row, double wanted, const Bounds& bounds, double softness, double slack,
-                      double& impulse) {
+                      double& impulse, double foretold) {
   Row added;
   added.impulse = &impulse;
+  added.foretold = foretold;
   added.bounds = bounds;
   added.wanted = wanted / row.inverse;
   added.a = {row.a, row.push, row.turn_a, row.push * changes_[row.a].inverse_mass, row.gain_a};
@@ -51,7 +53,7 @@ Eigen::VectorXd DirectSolve::Wanted(const std::vector<size_t>& of) const {
   return wanted;
 }
 
-bool DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
+bool DirectSolve::SolveBounded(BoundedSolver& solver, const Eigen::MatrixXd& matrix, const Eigen::VectorXd& wanted,
                                const std::vector<size_t>& bounded, Eigen::VectorXd& impulses) const {
   std::vector<int> place(rows_.size());
   for (size_t i = 0; i < bounded.size(); ++i) place[bounded[i]] = static_cast<int>(i);
@@ -62,7 +64,7 @@ bool DirectSolve::SolveBounded(const Eigen::MatrixXd& matrix, const Eigen::Vecto
     if (added.bounded_by != BoundedSolver::kFree) added.bounded_by = place[static_cast<size_t>(added.bounded_by)];
     if (rows_[number].is_first_of_two) pairs.push_back(place[number]);
   }
-  return DiscSolve(solver_, matrix, wanted, bounds, pairs).Run(impulses);
+  return DiscSolve(solver, matrix, wanted, bounds, pairs).Run(impulses);
 }
 
 bool DirectSolve::IsJammed(const std::vector<size_t>& rows, const Eigen::VectorXd& impulses) const {
@@ -86,7 +88,23 @@ void DirectSolve::Apply(const std::vector<size_t>& rows, const Eigen::VectorXd& 
   }
 }
 
-bool DirectSolve::Run() {
+bool DirectSolve::Run(BoundedSolver* bounded) {
+  return RunByLaws() || (bounded != nullptr && RunByElimination(*bounded));
+}
+
+bool DirectSolve::RunByLaws() {
+  if (!laws_.Begin(rows_, changes_)) return false;
+  Eigen::VectorXd impulses(rows_.size());
+  for (size_t i = 0; i < rows_.size(); ++i) impulses[i] = rows_[i].foretold;
+  if (!laws_.Run(impulses)) return false;
+  std::vector<size_t> all(rows_.size());
+  std::iota(all.begin(), all.end(), size_t{0});
+  if (IsJammed(all, impulses)) return false;
+  Apply(all, impulses);
+  return true;
+}
+
+bool DirectSolve::RunByElimination(BoundedSolver& solver) {
   std::vector<size_t> free, bounded;
   for (size_t i = 0; i < rows_.size(); ++i) {
     const auto& [lower, upper, bounded_by] = rows_[i].bounds;
@@ -105,7 +123,7 @@ bool DirectSolve::Run() {
   }
   Eigen::VectorXd impulses(bounded.size());
   for (size_t i = 0; i < bounded.size(); ++i) impulses[i] = *rows_[bounded[i]].impulse;
-  if (!SolveBounded(Matrix(bounded, bounded) - coupling.transpose() * answer,
+  if (!SolveBounded(solver, Matrix(bounded, bounded) - coupling.transpose() * answer,
                     Wanted(bounded) - coupling.transpose() * alone, bounded, impulses)) {
     return false;
   }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "contacts/direct_solve.h"
 #include "genphys/work_watch.h"
 
 namespace genphys {
@@ -91,11 +90,24 @@ void ContactSweeps::Impl::AddPair(const AddedPair& pair) {
   point_count_ += pair.points.size();
 }
 
-void ContactSweeps::Impl::Solve(BoundedSolver* direct) {
-  WriteRows(direct != nullptr);
-  const bool is_solved = direct != nullptr && SolveDirectly(*direct);
-  if (direct == nullptr || !PushDirectly(*direct, kLeastPush / step_size_)) PushApart();
+void ContactSweeps::Impl::Solve() {
+  WriteRows(false);
+  PushApart();
+  Sweep();
+  TakeAll();
+}
+
+bool ContactSweeps::Impl::SolveDirectly(BoundedSolver* bounded, bool may_sweep) {
+  WriteRows(true);
+  const bool is_solved = FindVelocities(bounded);
+  if (!is_solved && !may_sweep) return false;
+  if (!PushDirectly(bounded, kLeastPush / step_size_)) PushApart();
   if (!is_solved) Sweep();
+  TakeAll();
+  return true;
+}
+
+void ContactSweeps::Impl::TakeAll() {
   for (size_t i = 0; i < rows_.size(); ++i) rows_[i].row->impulse = joints_[i].impulse;
   TakeImpulses();
   TakeMotions();
@@ -199,12 +211,16 @@ void ContactSweeps::Impl::PushApart() {
   }
 }
 
-bool ContactSweeps::Impl::SolveDirectly(BoundedSolver& solver) {
-  DirectSolve solve(solver, changes_);
+bool ContactSweeps::Impl::FindVelocities(BoundedSolver* bounded) {
+  DirectSolve& solve = direct_;
+  solve.Begin(changes_);
   const auto add = [&](SolverRow& row, const DirectSolve::Bounds& bounds) {
-    solve.Add(row, row.wanted, bounds, 0, kDirectSoftness, row.impulse);
+    solve.Add(row, row.wanted, bounds, 0, kDirectSoftness, row.impulse, row.impulse);
   };
-  for (BoundedRow& row : joints_) solve.Add(row, row.wanted, {row.lower, row.upper}, row.softness, 0, row.impulse);
+  for (size_t i = 0; i < joints_.size(); ++i) {
+    BoundedRow& row = joints_[i];
+    solve.Add(row, row.wanted, {row.lower, row.upper}, row.softness, 0, row.impulse, rows_[i].row->impulse);
+  }
   const int first_contact = static_cast<int>(joints_.size());
   for (SolverRow& row : normals_) add(row, {0, std::numeric_limits<double>::infinity()});
   for (size_t i = 0; i < points_.size(); ++i) {
@@ -218,25 +234,27 @@ bool ContactSweeps::Impl::SolveDirectly(BoundedSolver& solver) {
     add(row, {-row.arm, row.arm, first_contact + static_cast<int>(row.normal)});
     if (row.is_first_of_two) solve.PairLast();
   }
-  return solve.Run();
+  return solve.Run(bounded);
 }
 
-bool ContactSweeps::Impl::PushDirectly(BoundedSolver& solver, double settled) {
-  DirectSolve solve(solver, moves_);
+bool ContactSweeps::Impl::PushDirectly(BoundedSolver* bounded, double settled) {
+  DirectSolve& solve = direct_;
+  solve.Begin(moves_);
   double largest = 0;
   for (ContactPush& push : pushes_) {
     const SolverRow& row = normals_[push.row];
-    solve.Add(row, push.wanted, {0, std::numeric_limits<double>::infinity()}, 0, kDirectSoftness, push.impulse);
+    solve.Add(row, push.wanted, {0, std::numeric_limits<double>::infinity()}, 0, kDirectSoftness, push.impulse,
+              push.impulse);
     largest = std::max(largest, push.wanted * row.mobility);
   }
   if (largest <= settled) return true;
   // What joints lock stays together: what is opened here would be taken back as velocities, from step to step anew.
   for (BoundedRow& row : joints_) {
     if (std::isinf(row.lower) && std::isinf(row.upper)) {
-      solve.Add(row, 0, {row.lower, row.upper}, row.softness, 0, row.pushed);
+      solve.Add(row, 0, {row.lower, row.upper}, row.softness, 0, row.pushed, row.pushed);
     }
   }
-  return solve.Run();
+  return solve.Run(bounded);
 }
 
 template <typename Visit>

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "contacts/direct_solve.h"
 #include "contacts/grips.h"
 #include "contacts/leaps.h"
 #include "contacts/solver_rows.h"
@@ -20,7 +21,8 @@ class ContactSweeps::Impl {
   uint32_t AddBody(const SweptBody& body);
   void AddPair(const AddedPair& pair);
   void AddRow(uint32_t a, uint32_t b, JointRow& row);
-  void Solve(BoundedSolver* direct);
+  void Solve();
+  bool SolveDirectly(BoundedSolver* bounded, bool may_sweep);
   const SweptBody& body(uint32_t number) const { return bodies_[number]; }
 
  private:
@@ -94,11 +96,12 @@ class ContactSweeps::Impl {
   void VisitRows(Visit visit);
   // After a sweep. False if no sweep will come nearer.
   bool Leap();
-  // False if the equations cannot be solved all at once.
-  bool SolveDirectly(BoundedSolver& solver);
+  // False: they cannot be found all at once.
+  bool FindVelocities(BoundedSolver* bounded);
   // Pushes overlapping bodies apart, all at once; done as well if nothing is pushed faster than `settled` m/s. False as
   // above.
-  bool PushDirectly(BoundedSolver& solver, double settled);
+  bool PushDirectly(BoundedSolver* bounded, double settled);
+  void TakeAll();
   bool IsStuck(uint32_t a, uint32_t b) const;
   void TakeImpulses();
   void TakeMotions();
@@ -125,6 +128,7 @@ class ContactSweeps::Impl {
   std::vector<ContactPush> pushes_;  // of normals_, ascending
   Stirred stirred_;
   Leaps leaps_;
+  DirectSolve direct_;
   Stirred pushed_;                  // the same of overlaps
   std::vector<BoundedRow> joints_;  // parallel to rows_
   std::vector<Torsion> torsions_;

@@ -56,6 +56,7 @@ void SweptWorld::AddBody(const BodyDesc& desc, const StateArrays& state) {
 void SweptWorld::RemoveBody(EntityRow row) {
   for (const GeometryRow geometry : body(row).geometries) geometries_[Index(geometry)] = {};
   memory_.Remove(body(row).id);
+  joint_memory_.Remove(body(row).id);
   body(row) = {};
 }
 
@@ -156,6 +157,8 @@ void SweptWorld::Solve(double step_size, std::span<const EntityRow> rows, StateA
   memory_.Recognise(
       contacts, [&](EntityId id) { return MotionOf(id); }, [&](const ContactPair& pair) { return Identify(pair); });
   islands_.Find(state.rows(), rows, contacts, joint_rows);
+  const auto id_of = [this](EntityRow row) { return IdOf(row); };
+  joint_memory_.Recall(joint_rows, id_of);
   for (const EntityRow row : rows) {
     if (islands_.IslandOf(row) != Islands::kNone) continue;
     // What nothing holds needs no solver.
@@ -174,13 +177,21 @@ void SweptWorld::Solve(double step_size, std::span<const EntityRow> rows, StateA
     WorkWatch::Spend(kIslandWork + size * size);
     SolveIsland(number, call);
   }
+  joint_memory_.Note(joint_rows, id_of);
 }
 
 void SweptWorld::SolveAgain(double step_size, std::span<const EntityRow> rows, StateArrays& state,
                             ContactBuffer& contacts, std::span<JointRow> joint_rows) {
   ContactMemory kept = std::exchange(memory_, memory_.OfBefore());
+  JointMemory joints_kept = joint_memory_;
   SweptWorld::Solve(step_size, rows, state, contacts, joint_rows);
   memory_ = std::move(kept);
+  joint_memory_ = std::move(joints_kept);
+}
+
+void SweptWorld::SaveState(std::string& bytes) const {
+  memory_.Save(bytes);
+  joint_memory_.Save(bytes);
 }
 
 double SweptWorld::SpreadOf(uint32_t island, const Call& call) const {
@@ -213,7 +224,20 @@ bool SweptWorld::IsForDirect(uint32_t number, const Call& call) const {
   return island.contacts <= kUnevenPointsMax && SpreadOf(number, call) >= PushSpread::kUneven;
 }
 
-void SweptWorld::Sweep(uint32_t number, const Call& call, BoundedSolver* direct) {
+void SweptWorld::Sweep(uint32_t number, const Call& call) {
+  LoadSweeps(number, call);
+  sweeps_.Solve();
+  TakeSweeps(number, call, true);
+}
+
+bool SweptWorld::SolveDirectly(uint32_t number, const Call& call, BoundedSolver* bounded, bool may_sweep) {
+  LoadSweeps(number, call);
+  const bool is_solved = sweeps_.SolveDirectly(bounded, may_sweep);
+  TakeSweeps(number, call, is_solved);
+  return is_solved;
+}
+
+void SweptWorld::LoadSweeps(uint32_t number, const Call& call) {
   const Islands::Island& island = islands_.islands()[number];
   const bool are_few = island.contacts <= ContactSweeps::kFewPoints && island.joint_rows == 0;
   sweeps_.Begin(call.step_size, call.contacts.pull, are_few);
@@ -228,9 +252,12 @@ void SweptWorld::Sweep(uint32_t number, const Call& call, BoundedSolver* direct)
     JointRow& row = call.joint_rows[i];
     sweeps_.AddRow(NumberOf(row.a, call.state), NumberOf(row.b, call.state), row);
   }
-  sweeps_.Solve(direct);
+}
+
+void SweptWorld::TakeSweeps(uint32_t number, const Call& call, bool is_solved) {
   for (const EntityRow row : islands_.RowsOf(number)) {
-    TakeSwept(row, sweeps_.body(std::exchange(body(row).number, kUnsolved)), call);
+    const uint32_t own = std::exchange(body(row).number, kUnsolved);
+    if (is_solved) TakeSwept(row, sweeps_.body(own), call);
   }
   for (const EntityRow row : driven_) body(row).number = kUnsolved;
   driven_.clear();
