@@ -18,6 +18,9 @@ constexpr double kSameFlat = 1e-11;
 constexpr double kAlong = 1e-3;
 // Of the size of a face: by so much it is taken to be wider, lest a point on the seam of two be on neither.
 constexpr double kSeam = 1e-9;
+// Of the radius of a ball: by so much a face is wider to that. Over the bend of two that are as good as level its
+// lowest point as seen along the normal of either lies beyond the edge.
+constexpr double kBend = 2e-6;
 // A later point replaces an earlier one only if it is better by more than rounding, so that the choice among equals
 // stays the same from step to step.
 constexpr double kBetter = 1 + 1e-6;
@@ -81,6 +84,7 @@ void ClipToPolygon(const Side& reference, const Side& incident, const Vector3& v
   for (const Vector3& corner : incident.feature.corners) polygon.push_back({.position = corner});
   Vector3 middle = Vector3::Zero();
   for (const Vector3& corner : face.corners) middle += corner / static_cast<double>(face.corners.size());
+  const double wider = polygon.size() == 1 ? kBend * incident.solid.radius() : 0;
   for (size_t i = 0; i < face.corners.size() && !polygon.empty(); ++i) {
     WorkWatch::Look(kCutWork * static_cast<int64_t>(polygon.size()));
     const Vector3& from = face.corners[i];
@@ -88,7 +92,7 @@ void ClipToPolygon(const Side& reference, const Side& incident, const Vector3& v
     Vector3 outward = (to - from).cross(view).normalized();
     if (outward.dot(from - middle) < 0) outward = -outward;
     const double inside = outward.dot(from - middle);
-    polygon = Cut(polygon, outward, outward.dot(from) + kSeam * inside, i);
+    polygon = Cut(polygon, outward, outward.dot(from) + kSeam * inside + wider, i);
   }
   double level = face.normal.dot(face.corners[0]);
   for (const Vector3& corner : face.corners) level = std::max(level, face.normal.dot(corner));

@@ -98,7 +98,10 @@ class Meeting {
     };
     consider(up);
     if (const auto shallow = ShallowDirection(flat, solid_)) consider(*shallow);
-    if (best) return Add(triangle, flat, up, best->normal, best);
+    // What is deep in a heightfield, and would be out sooner over another side of a ridge, is met there.
+    const bool is_deep = least_pushing > kDeep * solid_.size();
+    const bool is_below = is_solid_below_ && is_deep && DepthBelow(triangle) < least_pushing * (1 - kSamePoint);
+    if (best && !is_below) return Add(triangle, flat, up, best->normal, best);
     ConsiderLast(up, least);
     if (upward > kDeep * solid_.size()) {
       if (is_solid_below_) return AddBelow(triangle, flat, up);
@@ -107,22 +110,29 @@ class Meeting {
     Add(triangle, flat, up, up, std::nullopt);
   }
 
-  // Whether the surface has a place on this triangle where it can push along `normal`: none of what lies round the
-  // corners that reach farthest that way stands out of the plane across it.
+  // Whether the surface has a place on this triangle where it can push along `normal`: nothing that joins the corner or
+  // edge that reaches farthest that way stands out of the plane across it. Beyond the ends of an edge something may, as
+  // at a saddle: that is nearer there, and pushes by itself. Of the whole triangle nothing round it does.
   bool Pushes(const SurfaceTriangle& triangle, const Vector3& up, const Vector3& normal) const {
     if (normal.dot(up) < -kLevel) return false;
     const auto height = [&](size_t i) { return normal.dot(triangle.corners[i]); };
     const double highest = std::max({height(0), height(1), height(2)});
     const double slack = kLevel * Solid(triangle).size();
-    bool is_highest = true;
-    for (size_t i = 0; i < 3 && is_highest; ++i) {
-      if (height(i) < highest - slack) continue;
-      VisitNeighbors(surface_, triangle.numbers[i], [&](const Vector3& neighbor) {
-        const Vector3 edge = neighbor - place_ - triangle.corners[i];
-        is_highest &= normal.dot(edge) <= kLevel * edge.norm();
-      });
+    const auto is_highest = [&](size_t i) { return height(i % 3) >= highest - slack; };
+    bool pushes = true;
+    for (size_t i = 0; i < 3 && pushes; ++i) {
+      if (!is_highest(i)) continue;
+      const auto look_at = [&](const Vector3& vertex) {
+        const Vector3 edge = vertex - place_ - triangle.corners[i];
+        pushes &= normal.dot(edge) <= kLevel * edge.norm();
+      };
+      if (is_highest(i + 1) == is_highest(i + 2)) {
+        VisitNeighbors(surface_, triangle.numbers[i], look_at);
+      } else if (is_highest(i + 1)) {
+        VisitAcross(surface_, triangle, i, look_at);
+      }
     }
-    return is_highest;
+    return pushes;
   }
 
   // Of a triangle that all around lies flat or in a hollow there is nothing to search. What overlaps it deeply is
@@ -146,7 +156,9 @@ class Meeting {
     PointSet points(gap_), seams(gap_);
     Seams round(surface_, triangle, place_, up);
     AddFlatPoints(flat, solid_, normal, TestOf(round), points, seams);
-    const bool is_flat = !closest || flat.FeatureAt(normal).normal.dot(normal) > kSameNormal;
+    // What is not over this triangle, along its normal, is over the one beside it. Over a bend, however slight, it is
+    // over neither.
+    const bool is_flat = !closest || up.cross(normal).squaredNorm() <= kLevel * kLevel;
     if (points.is_empty() && seams.is_empty() && !is_flat) {
       points.Add({.position = closest->place, .normal = closest->normal, .depth = closest->depth});
     }
@@ -163,13 +175,18 @@ class Meeting {
     AddUprightPoints(flat, solid_, up, TestOf(round), points, seams);
     Take(points, seams);
     if (points_.HasOverlap() || seams_.HasOverlap()) return;
-    // No corner of it is there, but an edge or a side may be. The bottom of the column is no way out.
+    // No corner of it is there, but an edge or a side may be.
+    ConsiderLast(up, DepthBelow(triangle));
+  }
+
+  // How deep it is in what lies straight below the triangle.
+  double DepthBelow(const SurfaceTriangle& triangle) const {
+    // The bottom of the column is no way out.
     const auto& [a, b, c] = triangle.corners;
     const double drop = std::max({a.z(), b.z(), c.z()}) + solid_.Reach(-Vector3::UnitZ());
     const Solid column(triangle, 2 * drop);
     // Either may end at a way out that is not the least.
-    const double depth = Descend(column, solid_, Vector3::UnitZ()).depth;
-    ConsiderLast(up, std::min(depth, FindSeparation(column, solid_).depth));
+    return std::min(Descend(column, solid_, Vector3::UnitZ()).depth, FindSeparation(column, solid_).depth);
   }
 
   static auto TestOf(Seams<Surface>& round) {

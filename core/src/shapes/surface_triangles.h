@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -151,6 +152,28 @@ void VisitNeighbors(const HeightfieldData& field, uint32_t number, Visit&& visit
 /// ends or goes on in more ways than one.
 std::optional<Vector3> Across(const MeshData& mesh, const SurfaceTriangle& triangle, size_t k);
 std::optional<Vector3> Across(const HeightfieldData& field, const SurfaceTriangle& triangle, size_t k);
+
+/// Calls visit(vertex) for the third corner of the triangle beyond that edge; where the surface goes on in more ways
+/// than one, for every vertex that shares an edge with both ends.
+template <typename Visit>
+void VisitAcross(const MeshData& mesh, const SurfaceTriangle& triangle, size_t k, Visit&& visit) {
+  if (const std::optional<Vector3> across = Across(mesh, triangle, k)) return visit(*across);
+  const auto neighbors_of = [&](size_t i) {
+    const uint32_t number = triangle.numbers[i % 3];
+    WorkWatch::Look(mesh.neighbor_first[number + 1] - mesh.neighbor_first[number]);
+    return std::span(mesh.neighbors)
+        .subspan(mesh.neighbor_first[number], mesh.neighbor_first[number + 1] - mesh.neighbor_first[number]);
+  };
+  const std::span<const uint32_t> others = neighbors_of(k + 1);
+  for (const uint32_t neighbor : neighbors_of(k)) {
+    if (std::ranges::binary_search(others, neighbor)) visit(mesh.vertices[neighbor]);
+  }
+}
+
+template <typename Visit>
+void VisitAcross(const HeightfieldData& field, const SurfaceTriangle& triangle, size_t k, Visit&& visit) {
+  if (const std::optional<Vector3> across = Across(field, triangle, k)) visit(*across);
+}
 
 /// Whether the surface ends at vertex `number`.
 inline bool IsAtRim(const MeshData& mesh, uint32_t number) { return mesh.is_at_rim[number] != 0; }
