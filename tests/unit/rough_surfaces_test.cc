@@ -142,5 +142,29 @@ TEST(RoughSurfaces, MeetWhateverComesNearAsNearAsItIs) {
   EXPECT_GT(met, 500);
 }
 
+// Sharper than a right angle: what comes to it over one side is behind the other one, and in the air.
+TEST(RoughSurfaces, ASharpRidgePushesNobodyThroughItself) {
+  Random random(3);
+  int met = 0;
+  for (int i = 0; i < 150; ++i) {
+    for (const Shape& ground : Grounds(1, random)) {
+      for (const Shape& solid : Solids()) {
+        Placement place{PlaceOver(random), random.Turn().toRotationMatrix()};
+        const auto nearest = Lower(ground, solid, 1e-5, place);
+        if (!nearest) continue;
+        ++met;
+        const double depth = random.LogUniform(1e-6, 1e-3);
+        place.position -= (1e-5 + depth) * nearest->normal;
+        const std::vector<MeetingPoint> points = Meet(ground, solid, place);
+        ASSERT_FALSE(points.empty()) << ground.index() << ", " << solid.index() << ", " << i;
+        EXPECT_GT(DeepestOf(points).depth, 0.5 * depth) << ground.index() << ", " << solid.index() << ", " << i;
+        // Up to half of its least half width is not told from what is pressed into the ground.
+        EXPECT_LT(DeepestOf(points).depth, 0.1) << ground.index() << ", " << solid.index() << ", " << i;
+      }
+    }
+  }
+  EXPECT_GT(met, 500);
+}
+
 }  // namespace
 }  // namespace genphys

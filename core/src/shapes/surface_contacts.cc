@@ -98,10 +98,14 @@ class Meeting {
     };
     consider(up);
     if (const auto shallow = ShallowDirection(flat, solid_)) consider(*shallow);
-    // What is deep in a heightfield, and would be out sooner over another side of a ridge, is met there.
+    // What is deep, and would be out much sooner another way, over a ridge, is met there; in a heightfield if it would
+    // be out sooner at all.
     const bool is_deep = least_pushing > kDeep * solid_.size();
-    const bool is_below = is_solid_below_ && is_deep && DepthBelow(triangle) < least_pushing * (1 - kSamePoint);
-    if (best && !is_below) return Add(triangle, flat, up, best->normal, best);
+    const auto is_met_beside = [&] {
+      return is_solid_below_ ? DepthBelow(triangle) < least_pushing * (1 - kSamePoint)
+                             : least < kMuchLess * least_pushing;
+    };
+    if (best && !(is_deep && is_met_beside())) return Add(triangle, flat, up, best->normal, best);
     ConsiderLast(up, least);
     if (upward > kDeep * solid_.size()) {
       if (is_solid_below_) return AddBelow(triangle, flat, up);
