@@ -195,6 +195,16 @@ TEST(LawSolve, WhatStartsFromTheLastSolutionStaysThere) {
   }
 }
 
+TEST(LawSolve, LeavesAloneWhatNoNumberIsLargeEnoughFor) {
+  for (const double wanted : {1e290, 1e308, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    Held held;
+    held.Touch(held.Add(1e-20), held.Add(1e-20), Vector3::UnitZ(), {1e10, 0, 0}, {wanted, 0, 0}, 0.5);
+    EXPECT_FALSE(held.Solve()) << wanted;
+    for (const Held::Row& row : held.rows) EXPECT_EQ(row.row.impulse, 0);
+    for (const MotionChange& change : held.changes) EXPECT_TRUE(change.linear.isZero(0));
+  }
+}
+
 TEST(LawSolve, IsJammedWhereTwoWantTheOppositeOfWhatNothingMoves) {
   Held held;
   const uint32_t body = held.Add(1);

@@ -247,6 +247,7 @@ bool LawSolve::Run(Eigen::VectorXd& impulses) {
   impulses_ = impulses;
   rates_.resize(impulses.size());
   BeginLaws();
+  nearest_ = impulses_;
   constexpr double kFar = std::numeric_limits<double>::infinity();
   double nearest = kFar, before = kFar;
   bool are_new = true;
@@ -254,6 +255,7 @@ bool LawSolve::Run(Eigen::VectorXd& impulses) {
     if (are_new) FindRates();
     if (!Improve(are_new)) break;
     FindRates();
+    if (!rates_.allFinite()) break;
     const double lacking = Lacking();
     if (lacking < nearest) {
       nearest = lacking;
