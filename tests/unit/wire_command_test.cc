@@ -243,6 +243,13 @@ TEST(WireUpdate, RefusesPathsThatNameNoPart) {
   }
 }
 
+TEST(WireUpdate, ListsWhatAPathMayName) {
+  const std::string message(MessageOf(Updated(FilledEntity(), {"nonsense"}).status()));
+  for (const char* path : {"display_name", "pose", "visual", "rigid_body", "rigid_body.motion_type"}) {
+    EXPECT_NE(message.find(path), std::string::npos) << path << " in " << message;
+  }
+}
+
 TEST(WireUpdate, NamesThePartThatADeeperPathBelongsTo) {
   const Status status = Updated(FilledEntity(), {"rigid_body.inertia.mass"}).status();
 

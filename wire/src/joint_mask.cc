@@ -44,7 +44,11 @@ Result<JointField> DecodePath(const std::string& path, std::string_view kind) {
   if (path == "entity_a" || path == "entity_b") return RefusePath(path, "stays: make another joint instead");
   const size_t dot = path.find('.');
   const std::string_view head = std::string_view(path).substr(0, dot);
-  if (KindOfName(head) == v1::Joint::KIND_NOT_SET) return RefusePath(path, "names no field that an update can change");
+  if (KindOfName(head) == v1::Joint::KIND_NOT_SET) {
+    std::string all;
+    for (const FieldPath& known : kPaths) all.append(known.path).append(", ");
+    return RefusePath(path, "names no field that an update can change: " + all + "and the kind of the joint");
+  }
   if (head != kind) return RefusePath(path, "is not of the kind that the joint sets");
   if (dot == std::string::npos) return JointField::kKind;
   const std::string_view part = std::string_view(path).substr(dot + 1);

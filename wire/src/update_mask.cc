@@ -48,7 +48,9 @@ Result<EntityField> DecodePath(const std::string& path) {
     if (IsInside(path, known.path)) part = known.path;
   }
   if (part.empty() || part == "rigid_body") {
-    return Refuse(Reason::kInvalidValue, "", "\"" + path + "\" names no field that an update can change");
+    std::string all;
+    for (const FieldPath& known : kPaths) all.append(all.empty() ? "" : ", ").append(known.path);
+    return Refuse(Reason::kInvalidValue, "", "\"" + path + "\" names no field that an update can change: " + all);
   }
   return Refuse(Reason::kInvalidValue, "",
                 "\"" + path + "\" cannot change alone; name \"" + std::string(part) + "\" and set all of it");
