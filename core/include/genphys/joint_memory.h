@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "genphys/ids.h"
@@ -18,9 +19,9 @@ class JointMemory {
   /// from none. `id_of` tells whose a row of the columns is.
   template <typename IdOf>
   void Recall(std::span<JointRow> rows, IdOf id_of) {
-    size_t next = 0;
+    for (Entry& entry : entries_) entry.is_taken = false;
     for (JointRow& row : rows) {
-      const Entry* const found = entries_.empty() ? nullptr : Find(KeyOf(row, id_of), next);
+      const Entry* const found = entries_.empty() ? nullptr : Take(KeyOf(row, id_of));
       row.impulse = found != nullptr ? found->impulse : 0;
     }
   }
@@ -30,6 +31,7 @@ class JointMemory {
   void Note(std::span<const JointRow> rows, IdOf id_of) {
     entries_.clear();
     for (const JointRow& row : rows) entries_.push_back({KeyOf(row, id_of), row.impulse});
+    Sort();
   }
 
   /// Forgets a body that was removed.
@@ -46,7 +48,8 @@ class JointMemory {
   };
   struct Entry {
     Key key;
-    double impulse;  // N*s or N*m*s
+    double impulse;         // N*s or N*m*s
+    bool is_taken = false;  // in this recall
   };
 
   template <typename IdOf>
@@ -56,10 +59,12 @@ class JointMemory {
     };
     return {id_of(row.a), id_of(row.b), side_of(row.lower), side_of(row.upper)};
   }
-  // The next one with this key from `next` on, all around; that is where the search goes on after it.
-  const Entry* Find(const Key& key, size_t& next) const;
+  static std::pair<uint64_t, uint64_t> PairOf(const Key& key) { return {key.a.packed(), key.b.packed()}; }
+  void Sort();
+  // The first one with this key that is not taken. Null: there is none.
+  const Entry* Take(const Key& key);
 
-  std::vector<Entry> entries_;  // as they were solved
+  std::vector<Entry> entries_;  // ascending by the two bodies; of the same two as they were solved
 };
 
 }  // namespace genphys

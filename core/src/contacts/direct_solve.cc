@@ -29,10 +29,7 @@ void DirectSolve::Add(const SolverRow& row, double wanted, const Bounds& bounds,
   rows_.push_back(added);
 }
 
-double DirectSolve::Dot(const Part& x, const Part& y) {
-  if (x.body != y.body) return 0;
-  return x.linear.dot(y.linear_gain) + x.angular.dot(y.angular_gain);
-}
+double DirectSolve::Dot(const Part& x, const Part& y) { return x.body == y.body ? x.Answer(y) : 0; }
 
 Eigen::MatrixXd DirectSolve::Matrix(const std::vector<size_t>& of, const std::vector<size_t>& by) const {
   Eigen::MatrixXd matrix(of.size(), by.size());

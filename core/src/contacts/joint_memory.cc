@@ -1,15 +1,21 @@
 #include "genphys/joint_memory.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "model/serialize.h"
 
 namespace genphys {
 
-const JointMemory::Entry* JointMemory::Find(const Key& key, size_t& next) const {
-  for (size_t i = 0; i < entries_.size(); ++i) {
-    const size_t at = next + i < entries_.size() ? next + i : next + i - entries_.size();
-    if (entries_[at].key != key) continue;
-    next = at + 1 < entries_.size() ? at + 1 : 0;
-    return &entries_[at];
+void JointMemory::Sort() {
+  std::ranges::stable_sort(entries_, {}, [](const Entry& entry) { return PairOf(entry.key); });
+}
+
+const JointMemory::Entry* JointMemory::Take(const Key& key) {
+  const auto alike =
+      std::ranges::equal_range(entries_, PairOf(key), {}, [](const Entry& entry) { return PairOf(entry.key); });
+  for (Entry& entry : alike) {
+    if (entry.key == key && !std::exchange(entry.is_taken, true)) return &entry;
   }
   return nullptr;
 }
