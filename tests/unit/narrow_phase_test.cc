@@ -103,6 +103,23 @@ TEST(Separation, OfShallowOverlapsIsAMotionThatNoSmallTurnMakesLess) {
   }
 }
 
+// Of what is round everywhere, the points that lie farthest along the normal lie straight across from each other.
+TEST(Separation, OfRoundSolidsIsExactToRounding) {
+  Randomly random;
+  const Shape a = Ellipsoid{{0.6, 0.4, 0.5}}, b = Ellipsoid{{0.3, 0.5, 0.35}};
+  for (int i = 0; i < 200; ++i) {
+    const Matrix3 turn_a = random.Turn().toRotationMatrix(), turn_b = random.Turn().toRotationMatrix();
+    const Vector3 far = 3 * random.Direction();
+    const Solid first(a, {Vector3::Zero(), turn_a});
+    const Separation apart = FindSeparation(first, Solid(b, {far, turn_b}));
+    const double depth = i % 2 == 0 ? std::pow(10, random.Between(-8, -2.5)) : -random.Between(0, 1);
+    const Solid second(b, {far - (depth - apart.depth) * apart.normal, turn_b});
+    const Separation found = FindSeparation(first, second);
+    const Vector3 across = first.Support(found.normal) - second.Support(-found.normal);
+    EXPECT_LE((across - found.depth * found.normal).norm(), 1e-13) << depth;
+  }
+}
+
 TEST(NarrowPhase, OfHullsIsThatOfBoxes) {
   const Vector3 half(0.5, 0.4, 0.3);
   for (const double depth : {-5e-4, 0.0, 1e-6, 1e-3, 0.05}) {

@@ -5,27 +5,19 @@
 #include <cmath>
 #include <limits>
 
+#include "shapes/turned_corners.h"
+
 namespace genphys {
 namespace {
 
 constexpr int kIterationsMax = 100;
+// Of what is round: after how many iterations Newton's method is asked, how many are in between, and how often it may
+// fail.
+constexpr int kFirstTurn = 5, kBetweenTurns = 4, kFailuresMax = 2;
 // By this much a bound is beyond what is asked for, lest rounding decide.
 constexpr double kSurely = 1 + 1e-9;
 // Of the longest edge's cube: a tetrahedron with less volume has no inside.
 constexpr double kFlat = 1e-13;
-
-// A point of the difference of the two cores.
-struct Corner {
-  Vector3 point;  // on a less on b
-  Vector3 on_a;
-  Vector3 on_b;
-};
-
-// Up to four corners.
-struct Simplex {
-  std::array<Corner, 4> corners;
-  size_t count = 0;
-};
 
 // Some corners of a simplex, and the weights by which they make up the point of their hull that is closest to the
 // origin. It names them, for to copy them costs more than to work this out.
@@ -141,30 +133,27 @@ void Keep(Simplex& simplex, const Part& part) {
   simplex.count = part.count;
 }
 
-Vector3 Shrunk(const Solid& solid, const Vector3& point, double shrink) {
-  return point + shrink * (solid.center() - point);
-}
-
 }  // namespace
 
-CorePoints FindCorePoints(const Solid& a, const Solid& b, const CoreQuery& query) {
+Nearest FindNearest(const Solid& a, const Solid& b, const CoreQuery& query) {
   const auto support = [&](const Vector3& towards) {
     Corner corner;
-    corner.on_a = Shrunk(a, a.Support(towards), query.shrink);
-    corner.on_b = Shrunk(b, b.Support(-towards), query.shrink) + query.shift;
+    corner.on_a = query.Shrunk(a, a.Support(towards));
+    corner.on_b = query.Shrunk(b, b.Support(-towards)) + query.shift;
     corner.point = corner.on_a - corner.on_b;
     return corner;
   };
-  Vector3 closest = query.direction ? Vector3(-*query.direction) : a.center() - b.center() - query.shift;
-  if (closest.squaredNorm() <= query.nothing * query.nothing) closest = Vector3::UnitX();
-  Simplex simplex;
-  std::array<double, 3> weights{};
-  double distance = std::numeric_limits<double>::infinity();
+  Vector3 direction = query.direction ? Vector3(-*query.direction) : a.center() - b.center() - query.shift;
+  if (direction.squaredNorm() <= query.nothing * query.nothing) direction = Vector3::UnitX();
+  int failures = a.is_round() || b.is_round() ? 0 : kFailuresMax;
+  Nearest nearest{.closest = direction};
+  Simplex& simplex = nearest.simplex;
   for (int i = 0; i < kIterationsMax; ++i) {
-    const Corner corner = support(-closest);
+    const Corner corner = support(-nearest.closest);
+    const double distance = nearest.distance;
     if (simplex.count > 0) {
       // No point of the difference lies nearer along this direction.
-      const double along = closest.dot(corner.point);
+      const double along = nearest.closest.dot(corner.point);
       if (along > kSurely * query.distance_max * distance) break;
       if (distance * distance - along <= query.tolerance * distance * distance) break;
     }
@@ -180,16 +169,20 @@ CorePoints FindCorePoints(const Solid& a, const Solid& b, const CoreQuery& query
       break;
     }
     Keep(simplex, part);
-    weights = part.weights;
-    closest = nearer;
-    distance = length;
+    nearest.weights = part.weights;
+    nearest.closest = nearer;
+    nearest.distance = length;
+    if (failures < kFailuresMax && i >= kFirstTurn && (i - kFirstTurn) % kBetweenTurns == 0) {
+      failures += TurnCorners(a, b, query, nearest) ? 0 : 1;
+    }
   }
-  CorePoints points{.normal = -closest / distance, .distance = distance};
-  for (size_t i = 0; i < simplex.count; ++i) {
-    points.on_a += weights[i] * simplex.corners[i].on_a;
-    points.on_b += weights[i] * simplex.corners[i].on_b;
-  }
-  return points;
+  return nearest;
+}
+
+CorePoints FindCorePoints(const Solid& a, const Solid& b, const CoreQuery& query) {
+  const Nearest nearest = FindNearest(a, b, query);
+  if (nearest.overlaps()) return {};
+  return {nearest.Sum(&Corner::on_a), nearest.Sum(&Corner::on_b), nearest.normal(), nearest.distance};
 }
 
 }  // namespace genphys

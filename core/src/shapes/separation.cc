@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "shapes/turned_corners.h"
+
 namespace genphys {
 namespace {
 
@@ -15,12 +17,35 @@ constexpr double kSettled = 1e-12;
 // rad^2, of a turn: the next one is smaller by about the overlap's part of the size.
 constexpr double kHardlyTurned = 1e-10;
 // Of a squared distance: enough for a direction to start from.
-constexpr double kRough = 1e-4;
+constexpr double kRough = 1e-6;
 // By this part smaller copies of overlapping solids are smaller.
 constexpr double kShrink = 0.02;
 constexpr int kTurnsMax = 24;
 
 double SizeOf(const Solid& a, const Solid& b) { return std::min(a.size(), b.size()); }
+
+// Of the solids, if that is of their cores.
+Separation Rounded(const Solid& a, const Solid& b, const LeastOverlap& core) {
+  const Vector3 on_a = core.on_a + a.radius() * core.normal, on_b = core.on_b - b.radius() * core.normal;
+  return {core.normal, core.depth + a.radius() + b.radius(), (on_a + on_b) / 2};
+}
+
+CoreQuery QueryShrunk(const Solid& a, const Solid& b) {
+  return {.nothing = kNothing * SizeOf(a, b), .shrink = kShrink, .tolerance = kRough};
+}
+
+// The separation of two without a radius that overlap little or are apart, if it is among those pieces of their
+// surfaces where smaller copies of them are nearest.
+std::optional<Separation> SeparationNear(const Solid& a, const Solid& b, double gap_max) {
+  const CoreQuery query = QueryShrunk(a, b);
+  const Nearest shrunk = FindNearest(a, b, query);
+  if (shrunk.overlaps()) return std::nullopt;
+  const double overlap = OverlapAlong(a, b, shrunk.normal());
+  if (overlap < -gap_max) return Separation{.normal = shrunk.normal(), .depth = overlap};
+  const std::optional<LeastOverlap> least = TurnToLeast(a, b, query, shrunk);
+  if (!least) return std::nullopt;
+  return Rounded(a, b, *least);
+}
 
 }  // namespace
 
@@ -34,42 +59,47 @@ std::optional<Separation> SeparationApart(const Solid& a, const Solid& b, double
 }
 
 std::optional<Vector3> ShallowDirection(const Solid& a, const Solid& b) {
-  const double nothing = kNothing * SizeOf(a, b);
-  const CorePoints core = FindCorePoints(a, b, {.nothing = nothing, .shrink = kShrink, .tolerance = kRough});
-  if (!(core.distance > 0)) return std::nullopt;
-  return core.normal;
+  const Nearest shrunk = FindNearest(a, b, QueryShrunk(a, b));
+  if (shrunk.overlaps()) return std::nullopt;
+  return shrunk.normal();
 }
 
 // Moved along any direction by a little more than the overlap in it, b is apart from a. Whatever direction the closest
 // points then have, the overlap in it is at most the one before: n.d s - f(n) = distance >= s - f(d) for a move of s.
 Separation Descend(const Solid& a, const Solid& b, const Vector3& start) {
   const double size = SizeOf(a, b);
-  const auto core_overlap = [&](const Vector3& n) { return n.dot(a.Support(n)) - n.dot(b.Support(-n)); };
-  Separation best{.normal = start};
-  double overlap = core_overlap(start);
-  Vector3 on_a = a.Support(start), on_b = b.Support(-start);
+  LeastOverlap best{.normal = start, .on_a = a.Support(start), .on_b = b.Support(-start)};
+  best.depth = start.dot(best.on_a - best.on_b);
   for (int i = 0; i < kTurnsMax; ++i) {
-    const double apart = std::clamp(overlap, kApartMin * size, kApartMax * size);
-    const Vector3 shift = (std::max(overlap, 0.0) + apart) * best.normal;
-    const CorePoints core =
-        FindCorePoints(a, b, {.shift = shift, .nothing = kNothing * size, .direction = best.normal});
-    if (!(core.distance > 0)) break;
-    on_a = core.on_a;
-    on_b = core.on_b - shift;
-    const double turned = core_overlap(core.normal);
-    if (!(turned < overlap)) break;
+    const double apart = std::clamp(best.depth, kApartMin * size, kApartMax * size);
+    const CoreQuery query{.shift = (std::max(best.depth, 0.0) + apart) * best.normal,
+                          .nothing = kNothing * size,
+                          .direction = best.normal};
+    const Nearest nearest = FindNearest(a, b, query);
+    if (nearest.overlaps()) break;
+    const std::optional<LeastOverlap> least = TurnToLeast(a, b, query, nearest);
+    if (least && least->depth <= best.depth) {
+      best = *least;
+      break;
+    }
+    const Vector3 turned = nearest.normal();
+    best.on_a = nearest.Sum(&Corner::on_a);
+    best.on_b = nearest.Sum(&Corner::on_b) - query.shift;
+    const double depth = turned.dot(a.Support(turned) - b.Support(-turned));
+    if (!(depth < best.depth)) break;
     const bool is_settled =
-        overlap - turned <= kSettled * size || (core.normal - best.normal).squaredNorm() <= kHardlyTurned;
-    overlap = turned;
-    best.normal = core.normal;
+        best.depth - depth <= kSettled * size || (turned - best.normal).squaredNorm() <= kHardlyTurned;
+    best.depth = depth;
+    best.normal = turned;
     if (is_settled) break;
   }
-  best.depth = overlap + a.radius() + b.radius();
-  best.place = (on_a + a.radius() * best.normal + on_b - b.radius() * best.normal) / 2;
-  return best;
+  return Rounded(a, b, best);
 }
 
 Separation FindSeparation(const Solid& a, const Solid& b, double gap_max) {
+  if (a.radius() == 0 && b.radius() == 0) {
+    if (const auto near = SeparationNear(a, b, gap_max)) return *near;
+  }
   if (const auto apart = SeparationApart(a, b, gap_max)) return *apart;
   if (const auto shallow = ShallowDirection(a, b)) return Descend(a, b, *shallow);
   const Vector3 between = b.center() - a.center();

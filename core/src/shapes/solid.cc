@@ -23,26 +23,28 @@ constexpr double kStanding = 1e-3;
 // Vertices up to which a hull is searched by looking at all.
 constexpr size_t kScanMax = 48;
 
-Vector3 Farthest(const Sphere&, const Vector3&) { return Vector3::Zero(); }
-Vector3 Farthest(const Box& box, const Vector3& d) {
+Vector3 FarthestOn(const Sphere&, const Vector3&) { return Vector3::Zero(); }
+Vector3 FarthestOn(const Box& box, const Vector3& d) {
   return (d.array() < 0).select(-box.half_extents, box.half_extents);
 }
-Vector3 Farthest(const Capsule& capsule, const Vector3& d) { return {0, 0, std::copysign(capsule.half_length, d.z())}; }
+Vector3 FarthestOn(const Capsule& capsule, const Vector3& d) {
+  return {0, 0, std::copysign(capsule.half_length, d.z())};
+}
 
 Vector3 OnRim(double radius, double z, const Vector3& d) {
-  const double across = std::hypot(d.x(), d.y());
+  const double across = d.head<2>().norm();
   const double scale = across > 0 ? radius / across : 0;
   return {scale * d.x(), scale * d.y(), z};
 }
 
-Vector3 Farthest(const Cylinder& cylinder, const Vector3& d) {
+Vector3 FarthestOn(const Cylinder& cylinder, const Vector3& d) {
   return OnRim(cylinder.radius, std::copysign(cylinder.half_length, d.z()), d);
 }
-Vector3 Farthest(const Cone& cone, const Vector3& d) {
-  const bool is_apex = 2 * cone.half_length * d.z() > cone.radius * std::hypot(d.x(), d.y());
+Vector3 FarthestOn(const Cone& cone, const Vector3& d) {
+  const bool is_apex = 2 * cone.half_length * d.z() > cone.radius * d.head<2>().norm();
   return is_apex ? Vector3(0, 0, cone.half_length) : OnRim(cone.radius, -cone.half_length, d);
 }
-Vector3 Farthest(const Ellipsoid& ellipsoid, const Vector3& d) {
+Vector3 FarthestOn(const Ellipsoid& ellipsoid, const Vector3& d) {
   // Scaled first, lest the square of a small number be nothing.
   const Vector3 scaled = ellipsoid.semi_axes.cwiseProduct(d / d.cwiseAbs().maxCoeff());
   return ellipsoid.semi_axes.cwiseProduct(scaled) / scaled.norm();
@@ -75,13 +77,39 @@ uint32_t FarthestVertex(const HullData& hull, const Vector3& d) {
   return best;
 }
 
-Vector3 Farthest(const ConvexHull& hull, const Vector3& d) {
+Vector3 FarthestOn(const ConvexHull& hull, const Vector3& d) {
   return hull.data->vertices[FarthestVertex(*hull.data, d)];
 }
 // These are no solids: whoever asks has checked it.
-Vector3 Farthest(const Plane&, const Vector3&) { return Vector3::Zero(); }
-Vector3 Farthest(const TriangleMesh&, const Vector3&) { return Vector3::Zero(); }
-Vector3 Farthest(const Heightfield&, const Vector3&) { return Vector3::Zero(); }
+Vector3 FarthestOn(const Plane&, const Vector3&) { return Vector3::Zero(); }
+Vector3 FarthestOn(const TriangleMesh&, const Vector3&) { return Vector3::Zero(); }
+Vector3 FarthestOn(const Heightfield&, const Vector3&) { return Vector3::Zero(); }
+
+Farthest Staying(const Vector3& point) { return {point, Eigen::Matrix2d::Zero()}; }
+
+Farthest FollowRim(double radius, double z, const Vector3& d, const AxesAcross& across) {
+  const double lean = d.head<2>().norm();
+  const Eigen::Vector2d around = across.transpose() * Vector3(-d.y(), d.x(), 0) / lean;
+  return {OnRim(radius, z, d), radius / lean * around * around.transpose()};
+}
+
+template <typename Cornered>
+Farthest FollowOn(const Cornered&, const Vector3& point, const Vector3&, const AxesAcross&) {
+  return Staying(point);
+}
+Farthest FollowOn(const Cylinder& cylinder, const Vector3& point, const Vector3& d, const AxesAcross& across) {
+  return FollowRim(cylinder.radius, std::copysign(cylinder.half_length, point.z()), d, across);
+}
+Farthest FollowOn(const Cone& cone, const Vector3& point, const Vector3& d, const AxesAcross& across) {
+  return point.z() > 0 ? Staying({0, 0, cone.half_length}) : FollowRim(cone.radius, -cone.half_length, d, across);
+}
+Farthest FollowOn(const Ellipsoid& ellipsoid, const Vector3&, const Vector3& d, const AxesAcross& across) {
+  const AxesAcross scaled = ellipsoid.semi_axes.asDiagonal() * across;
+  const double reach = ellipsoid.semi_axes.cwiseProduct(d).norm();
+  const Vector3 point = ellipsoid.semi_axes.cwiseAbs2().cwiseProduct(d) / reach;
+  const Eigen::Vector2d beside = across.transpose() * point;
+  return {point, (scaled.transpose() * scaled - beside * beside.transpose()) / reach};
+}
 
 // In the frame of the shape.
 SolidFeature Point(const Vector3& point) { return {.corners = {point}}; }
@@ -160,7 +188,7 @@ SolidFeature FeatureOf(const Capsule& capsule, const Vector3&) {
 
 template <typename Pointed>
 SolidFeature FeatureOf(const Pointed& shape, const Vector3& d) {
-  return Point(Farthest(shape, d));
+  return Point(FarthestOn(shape, d));
 }
 
 }  // namespace
@@ -169,7 +197,9 @@ Solid::Solid(const Shape& shape, const Placement& placement)
     : shape_(&shape),
       placement_(placement),
       center_(placement.Transform(genphys::CenterOfMass(shape))),
-      size_(SmallestHalfExtent(shape)) {
+      size_(SmallestHalfExtent(shape)),
+      is_round_(std::holds_alternative<Cylinder>(shape) || std::holds_alternative<Cone>(shape) ||
+                std::holds_alternative<Ellipsoid>(shape)) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) radius_ = sphere->radius;
   if (const auto* capsule = std::get_if<Capsule>(&shape)) radius_ = capsule->radius;
 }
@@ -194,7 +224,16 @@ Vector3 Solid::Support(const Vector3& direction) const {
     return farthest;
   }
   const Vector3 local = placement_.rotation.transpose() * direction;
-  return placement_.Transform(std::visit([&](const auto& s) { return Farthest(s, local); }, *shape_));
+  return placement_.Transform(std::visit([&](const auto& s) { return FarthestOn(s, local); }, *shape_));
+}
+
+Farthest Solid::Follow(const Vector3& point, const Vector3& direction, const AxesAcross& across) const {
+  if (!is_round_) return Staying(point);
+  const Vector3 here = placement_.ToLocal(point), local = placement_.rotation.transpose() * direction;
+  const AxesAcross local_across = placement_.rotation.transpose() * across;
+  Farthest found = std::visit([&](const auto& shape) { return FollowOn(shape, here, local, local_across); }, *shape_);
+  found.point = placement_.Transform(found.point);
+  return found;
 }
 
 SolidFeature Solid::FeatureAt(const Vector3& direction) const {

@@ -17,6 +17,16 @@ struct SolidFeature {
   bool is_polygon() const { return corners.size() > 2; }
 };
 
+/// Two directions across a third one.
+using AxesAcross = Eigen::Matrix<double, 3, 2>;
+
+/// The point of a smooth piece of a surface that lies farthest in a direction, and how it moves along two axes across
+/// that as it turns towards them, m/rad.
+struct Farthest {
+  Vector3 point;
+  Eigen::Matrix2d slope;
+};
+
 /// A bounded convex solid at a place, as the narrow phase sees it: a core, rounded by a radius. Balls are rounded
 /// points and capsules rounded segments; all others have no radius. What it was made of must outlive it.
 class Solid {
@@ -32,6 +42,9 @@ class Solid {
   Vector3 Support(const Vector3& direction) const;
   /// How far the solid reaches along `direction` (unit length), rounding included.
   double Reach(const Vector3& direction) const { return direction.dot(Support(direction)) + radius_; }
+  /// The same of the smooth piece of its surface on which `point` lies; `direction` is of unit length. What is not
+  /// round has corners, which stay.
+  Farthest Follow(const Vector3& point, const Vector3& direction, const AxesAcross& across) const;
   /// What of the core faces `direction` (unit length). A round rim is a polygon of which one corner lies farthest.
   SolidFeature FeatureAt(const Vector3& direction) const;
 
@@ -43,6 +56,8 @@ class Solid {
     for (size_t i = 0; i < count; ++i) visit(normals[i]);
   }
 
+  /// Whether the core has other surfaces than flat ones.
+  bool is_round() const { return is_round_; }
   double radius() const { return radius_; }
   const Vector3& center() const { return center_; }
   /// Half the least width, or about that; of a triangle its longest side.
@@ -60,6 +75,7 @@ class Solid {
   double radius_ = 0;
   double size_ = 0;
   double drop_ = 0;  // of a triangle, m
+  bool is_round_ = false;
 };
 
 }  // namespace genphys
