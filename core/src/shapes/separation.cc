@@ -58,12 +58,6 @@ std::optional<Separation> SeparationApart(const Solid& a, const Solid& b, double
   return Separation{core.normal, OverlapAlong(a, b, core.normal), (on_a + on_b) / 2};
 }
 
-std::optional<Vector3> ShallowDirection(const Solid& a, const Solid& b) {
-  const Nearest shrunk = FindNearest(a, b, QueryShrunk(a, b));
-  if (shrunk.overlaps()) return std::nullopt;
-  return shrunk.normal();
-}
-
 // Moved along any direction by a little more than the overlap in it, b is apart from a. Whatever direction the closest
 // points then have, the overlap in it is at most the one before: n.d s - f(n) = distance >= s - f(d) for a move of s.
 Separation Descend(const Solid& a, const Solid& b, const Vector3& start) {
@@ -96,12 +90,20 @@ Separation Descend(const Solid& a, const Solid& b, const Vector3& start) {
   return Rounded(a, b, best);
 }
 
+std::optional<Separation> ShallowSeparation(const Solid& a, const Solid& b) {
+  const CoreQuery query = QueryShrunk(a, b);
+  const Nearest shrunk = FindNearest(a, b, query);
+  if (shrunk.overlaps()) return std::nullopt;
+  const std::optional<LeastOverlap> least = TurnToLeast(a, b, query, shrunk);
+  return least ? Rounded(a, b, *least) : Descend(a, b, shrunk.normal());
+}
+
 Separation FindSeparation(const Solid& a, const Solid& b, double gap_max) {
   if (a.radius() == 0 && b.radius() == 0) {
     if (const auto near = SeparationNear(a, b, gap_max)) return *near;
   }
   if (const auto apart = SeparationApart(a, b, gap_max)) return *apart;
-  if (const auto shallow = ShallowDirection(a, b)) return Descend(a, b, *shallow);
+  if (const auto shallow = ShallowSeparation(a, b)) return *shallow;
   const Vector3 between = b.center() - a.center();
   Vector3 best = between.norm() > kNothing * SizeOf(a, b) ? between.normalized() : Vector3::UnitZ();
   double least = OverlapAlong(a, b, best);

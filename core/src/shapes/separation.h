@@ -30,7 +30,7 @@ std::optional<Separation> SeparationApart(const Solid& a, const Solid& b,
 /// The separation to which small turns lead from the direction `start` (unit length).
 Separation Descend(const Solid& a, const Solid& b, const Vector3& start);
 
-/// The direction out of a shallow overlap, from smaller copies of the solids; nothing if those overlap too.
-std::optional<Vector3> ShallowDirection(const Solid& a, const Solid& b);
+/// The separation of an overlap that is shallow, from smaller copies of the solids; nothing if those overlap too.
+std::optional<Separation> ShallowSeparation(const Solid& a, const Solid& b);
 
 }  // namespace genphys

@@ -35,16 +35,31 @@ constexpr double kMuchLess = 0.25;
 // are searched for.
 constexpr double kSunk = 1e-2;
 
+// A solid, moved so that its place is the origin.
+struct Incident {
+  Incident(const Shape& shape, const Placement& placement)
+      : solid(shape, {Vector3::Zero(), placement.rotation}),
+        place(placement.position),
+        axes(placement.rotation),
+        bounds(BoundsOf(shape, {})) {}
+
+  Solid solid;
+  Vector3 place;
+  Matrix3 axes;
+  Bounds bounds;  // along these
+};
+
 // One surface and one solid, both moved so that the solid's place is the origin.
 template <typename Surface>
 class Meeting {
  public:
-  Meeting(const Surface& surface, bool is_solid_below, const Solid& solid, const Vector3& place, double gap,
-          SurfacePoints& points, SurfacePoints& seams)
+  Meeting(const Surface& surface, bool is_solid_below, const Incident& incident, double gap, SurfacePoints& points,
+          SurfacePoints& seams)
       : surface_(surface),
         is_solid_below_(is_solid_below),
-        solid_(solid),
-        place_(place),
+        incident_(incident),
+        solid_(incident.solid),
+        place_(incident.place),
         gap_(gap),
         points_(points),
         seams_(seams) {}
@@ -58,8 +73,9 @@ class Meeting {
     const bool is_behind = solid_.Reach(up) < level;
     const Solid flat(triangle);
     if (is_behind) return AddBelow(triangle, flat, up);
+    if (IsAside(triangle)) return;
     if (PushesUpwardsOnly(triangle, up, level)) return Add(triangle, flat, up, up, std::nullopt);
-    if (const auto apart = SeparationApart(flat, solid_)) {
+    if (const auto apart = Apart(flat)) {
       MeetApart(triangle, flat, up, *apart);
     } else {
       MeetOverlapping(triangle, flat, up);
@@ -85,19 +101,54 @@ class Meeting {
     }
   }
 
+  // Whether the bounds of the solid as it is turned show that it is farther away than matters, and not straight below.
+  bool IsAside(const SurfaceTriangle& triangle) const {
+    const auto& [a, b, c] = triangle.corners;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 direction = incident_.axes.col(axis);
+      const auto [low, high] = std::minmax({direction.dot(a), direction.dot(b), direction.dot(c)});
+      const bool is_before = incident_.bounds.min[axis] - high > gap_,
+                 is_after = low - incident_.bounds.max[axis] > gap_;
+      if (!is_before && !is_after) continue;
+      if (!is_solid_below_ || (is_before ? direction.z() : -direction.z()) >= 0) return true;
+    }
+    return false;
+  }
+
+  // Of what is farther apart than matters only that is told, unless it is straight below.
+  std::optional<Separation> Apart(const Solid& flat) const {
+    const std::optional<Separation> apart = SeparationApart(flat, solid_, gap_);
+    const bool may_be_below = is_solid_below_ && apart && apart->depth < -gap_ && apart->normal.z() < 0;
+    return may_be_below ? SeparationApart(flat, solid_) : apart;
+  }
+
+  // Whether a point is over the triangle as seen along its normal.
+  static bool IsOver(const SurfaceTriangle& triangle, const Vector3& up, const Vector3& point) {
+    for (size_t i = 0; i < 3; ++i) {
+      const Vector3& corner = triangle.corners[i];
+      if (!(up.dot((triangle.corners[(i + 1) % 3] - corner).cross(point - corner)) > 0)) return false;
+    }
+    return true;
+  }
+
+  // Of what is deepest over the triangle no small turn from its normal makes less.
+  Separation SeparationUpwards(const Vector3& up, double depth, const Vector3& deepest) const {
+    return {up, depth, deepest + (depth / 2 - solid_.radius()) * up};
+  }
+
   void MeetOverlapping(const SurfaceTriangle& triangle, const Solid& flat, const Vector3& up) {
     const double upward = OverlapAlong(flat, solid_, up);
     double least = upward, least_pushing = upward;
     std::optional<Separation> best;
-    const auto consider = [&](const Vector3& start) {
-      const Separation found = Descend(flat, solid_, start);
+    const auto consider = [&](const Separation& found) {
       least = std::min(least, found.depth);
       if (found.depth >= least_pushing || !Pushes(triangle, up, found.normal)) return;
       least_pushing = found.depth;
       best = found;
     };
-    consider(up);
-    if (const auto shallow = ShallowDirection(flat, solid_)) consider(*shallow);
+    const Vector3 deepest = solid_.Support(-up);
+    consider(IsOver(triangle, up, deepest) ? SeparationUpwards(up, upward, deepest) : Descend(flat, solid_, up));
+    if (const auto shallow = ShallowSeparation(flat, solid_)) consider(*shallow);
     // What is deep, and would be out much sooner another way, over a ridge, is met there; in a heightfield if it would
     // be out sooner at all.
     const bool is_deep = least_pushing > kDeep * solid_.size();
@@ -212,11 +263,12 @@ class Meeting {
   // Of a triangle that the solid overlaps, or that lies straight above a part of it.
   void ConsiderLast(const Vector3& up, double depth) {
     if (depth <= last_.depth) return;
-    last_ = {solid_.Support(-up) + (depth / 2 - solid_.radius()) * up, up, depth};
+    last_ = {SeparationUpwards(up, depth, solid_.Support(-up)).place, up, depth};
   }
 
   const Surface& surface_;
   bool is_solid_below_;
+  const Incident& incident_;
   const Solid& solid_;
   const Vector3& place_;
   double gap_;
@@ -329,16 +381,16 @@ void SurfacePoints::ReduceTo(Manifold& manifold) {
 
 void FindSurfaceContacts(const Shape& surface, const Shape& shape, const Placement& placement, double gap,
                          Manifold& manifold) {
-  const Solid solid(shape, {Vector3::Zero(), placement.rotation});
+  const Incident incident(shape, placement);
   const Bounds bounds = BoundsOf(shape, placement).Widened(gap);
-  SurfacePoints points(gap, solid), seams(gap, solid);
+  SurfacePoints points(gap, incident.solid), seams(gap, incident.solid);
   if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) {
-    Meeting meeting(*mesh->data, false, solid, placement.position, gap, points, seams);
+    Meeting meeting(*mesh->data, false, incident, gap, points, seams);
     VisitTriangles(
         *mesh->data, [&](const Bounds& box) { return box.Overlaps(bounds); },
         [&](const SurfaceTriangle& triangle) { meeting.Meet(triangle); });
   } else if (const auto* field = std::get_if<Heightfield>(&surface)) {
-    Meeting meeting(*field->data, true, solid, placement.position, gap, points, seams);
+    Meeting meeting(*field->data, true, incident, gap, points, seams);
     // All that lies below is solid, however deep.
     const auto is_over = [&](Bounds box) {
       box.min.z() = std::min(box.min.z(), bounds.min.z());
