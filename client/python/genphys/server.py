@@ -70,6 +70,8 @@ class Server(Closing):
         kinetic_friction: float | None = None,
         restitution: float | None = None,
         density: float | None = None,
+        friction_mixing: str | None = None,
+        restitution_mixing: str | None = None,
         rolling_friction: float | None = None,
         spinning_friction: float | None = None,
         auto_disable: model.AutoDisable | None = None,
@@ -92,10 +94,12 @@ class Server(Closing):
             substeps: Equal parts of a step.
             iterations: Sweeps of an iterative solver in each of them.
             engine_only: Bodies that fly with nothing near go through the engine too: slower, to compare.
-            friction: Coulomb coefficient at rest, of geometries that leave it unset; so are the next five.
+            friction: Coulomb coefficient at rest, of geometries that leave it unset; so are the next seven.
             kinetic_friction: Coulomb coefficient while sliding.
             restitution: Speed of separation over speed of approach, 0 to 1.
             density: kg/m^3.
+            friction_mixing: How coefficients of friction of two sides become one: see `Geometry`.
+            restitution_mixing: The same for restitution.
             rolling_friction: Largest torque against rolling over the normal force, metres.
             spinning_friction: The same against spinning.
             auto_disable: When resting entities fall asleep.
@@ -117,6 +121,8 @@ class Server(Closing):
                 kinetic_friction=kinetic_friction,
                 restitution=restitution,
                 density=density,
+                friction_mixing=friction_mixing,
+                restitution_mixing=restitution_mixing,
                 rolling_friction=rolling_friction,
                 spinning_friction=spinning_friction,
             ),

@@ -6,7 +6,7 @@ import pytest
 from fake_server import FIRST_ID, FakeServer, answer_step, last_command, refuse
 
 import genphys
-from genphys import _encode
+from genphys import _contract, _encode
 from genphys._contract import wire
 
 
@@ -191,7 +191,15 @@ def test_a_world_leaves_to_the_server_what_is_not_said(fake):
     with FakeServer(CreateWorld=fake.answers["CreateWorld"]) as server, genphys.connect(server.address) as client:
         assert client.create_world().name == "w1"
         client.create_world(name="lab", engine="ode", ground_plane=False, friction=0.3, required_features=["shape_box"])
-        plain, full = (request.world for request in server.received("CreateWorld"))
+        with pytest.raises(ValueError, match="mixing is 'max', not one of: average, geometric_mean, maximum"):
+            client.create_world(friction_mixing="max")
+        client.create_world(friction_mixing="maximum", restitution_mixing="multiply")
+        mixing = server.received("CreateWorld").pop().world.defaults.material
+        assert (mixing.friction_mixing, mixing.restitution_mixing) == (
+            _contract.MIXING.number("maximum"),
+            _contract.MIXING.number("multiply"),
+        )
+        plain, full = (request.world for request in server.received("CreateWorld")[:2])
 
     assert [field.name for field, _ in plain.ListFields()] in (["stepper", "defaults"], [])
     assert plain.stepper.ByteSize() == plain.defaults.ByteSize() == 0
