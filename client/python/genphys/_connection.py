@@ -68,7 +68,7 @@ class Connection:
         try:
             return self._calls[method](request, timeout=deadline)
         except grpc.RpcError as error:
-            raise errors.from_rpc_error(error, ended_here=self.closed) from None
+            raise errors.from_rpc_error(error, ended_here=self.closed, request=type(request)) from None
         except ValueError as error:
             # gRPC's way of saying that another thread closed the channel.
             raise _closed(self.address) from error

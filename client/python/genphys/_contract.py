@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.descriptor import FieldDescriptor
 
-from . import _descriptors
+from . import _descriptors, _naming
 
 PACKAGE = "genphys.v1"
 
@@ -50,28 +50,6 @@ class _Wire:
 
 
 wire = _Wire()
-
-_ARGUMENTS = {
-    "display_name": "name",
-    "every_nth_step": "every",
-    "is_sensor": "sensor",
-    "lower_metres": "lower",
-    "lower_radians": "lower",
-    "rest_metres": "rest",
-    "rest_radians": "rest",
-    "rest_time_seconds": "rest_time",
-    "slop_metres": "slop",
-    "step_size_seconds": "step_size",
-    "swing_max_radians": "swing_max",
-    "target_metres": "position",
-    "target_radians": "position",
-    "target_velocity": "velocity",
-    "time_constant_seconds": "time_constant",
-    "torque_max": "force_max",
-    "upper_metres": "upper",
-    "upper_radians": "upper",
-}
-"""What a user calls a field whose name in the contract is another one."""
 
 _MEANT = {
     FieldDescriptor.CPPTYPE_BOOL: "True or False",
@@ -115,7 +93,7 @@ def _blame(kind: Any, values: dict[str, Any]) -> None:
             meant = "bytes" if field.type == FieldDescriptor.TYPE_BYTES else _MEANT.get(field.cpp_type, "what it holds")
             if hasattr(getattr(kind(), name), "extend"):
                 meant = f"a list, each {meant}"
-            text = f"{_ARGUMENTS.get(name, name)} is {reprlib.repr(value)}, not {meant}"
+            text = f"{_naming.name_of(kind.DESCRIPTOR, name) or name} is {reprlib.repr(value)}, not {meant}"
             raise (TypeError if isinstance(error, TypeError) else ValueError)(text) from None
 
 

@@ -18,6 +18,8 @@ class Batch(Commands):
     def __init__(self, home: str) -> None:
         self._home = home
         self.commands: list[Any] = []
+        self.verbs: dict[int, str] = {}
+        """What a command that makes an entity of one shape was called, by its place, as in "add_box"."""
         self._ended = False
         self._created: dict[int, Entity] = {}
         self._joined: dict[int, Joint] = {}
@@ -26,9 +28,11 @@ class Batch(Commands):
     def __len__(self) -> int:
         return len(self.commands)
 
-    def _create(self, entity: Any) -> Entity:
+    def _create(self, entity: Any, verb: str = "") -> Entity:
         handle = Entity(None, entity.display_name, self._home)
         self._submit(wire.Command(create_entity=wire.CreateEntity(entity=entity)))
+        if verb:
+            self.verbs[len(self.commands) - 1] = verb
         self._created[len(self.commands) - 1] = handle
         return handle
 
@@ -73,6 +77,7 @@ class Batch(Commands):
             if command.HasField("create_force_field"):
                 fields.shift(command.create_force_field, offset)
         self.commands += other.commands
+        self.verbs.update({offset + index: verb for index, verb in other.verbs.items()})
         self._joined.update({offset + index: handle for index, handle in other._joined.items()})
         self._created.update({offset + index: handle for index, handle in other._created.items()})
         self._created_fields.update({offset + index: handle for index, handle in other._created_fields.items()})

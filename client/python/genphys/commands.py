@@ -39,13 +39,14 @@ class Commands:
 
     All raise a subclass of `GenphysError` when the server refuses, and ValueError or TypeError for arguments that
     have no meaning at all, like a position of two numbers. In a batch the server refuses when the batch is taken
-    along, with the path of the command in `field`.
+    along, with the place of the command in `argument`.
     """
 
     _home: str
     """The name of the world that handles must be of."""
 
-    def _create(self, entity: Any) -> Entity:
+    def _create(self, entity: Any, verb: str = "") -> Entity:
+        """Makes it; `verb` is what makes an entity of one shape, which errors then call as its arguments do."""
         raise NotImplementedError
 
     def _create_field(self, command: Any) -> fields.ForceField:
@@ -447,7 +448,7 @@ class Commands:
             raise ValueError("give mass or density, not both")
         of_geometry = {key: options.pop(key) for key in _GEOMETRY_KEYWORDS if key in options}
         geometry = model.Geometry(shape=shape, **of_geometry)
-        return self._create(_encode.entity(self._home, geometries=[geometry], **options))
+        return self._create(_encode.entity(self._home, geometries=[geometry], **options), verb)
 
 
 def _has_rows(ids: bytes, **columns: bytes) -> bool:

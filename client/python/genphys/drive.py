@@ -86,7 +86,7 @@ class Drive(Closing):
             response = next(self._call)
         except grpc.RpcError as error:
             self._in_flight.clear()
-            raise errors.from_rpc_error(error, ended_here=self._closed) from None
+            raise errors.from_rpc_error(error, ended_here=self._closed, request=wire.DriveRequest) from None
         except StopIteration:
             self._in_flight.clear()
             raise errors.UnavailableError("the server ended the stream", code=grpc.StatusCode.UNAVAILABLE) from None

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 
 import grpc
 
-from ._contract import enum_names, message_class
+from . import _naming
+from ._contract import enum_names, message_class, wire
 
 _DETAILS_KEY = "grpc-status-details-bin"
 _CREATED_KEY = "created_ids"
@@ -19,7 +20,9 @@ class GenphysError(Exception):
     Attributes:
         message: What was wrong, for people.
         reason: The stable name of the cause, as in "STALE_ID"; empty if the server gave none.
-        field: Path of the field to blame, as in "commands[3].set_pose.pose.position.x"; empty if none is.
+        argument: What to blame, by the names of this package, as in "position[0]"; of a command that was collected in a
+            batch as in "commands[3].set_pose.position[0]", by its place among them. Empty if nothing is.
+        field: The same as the contract and all other clients name it, as in "commands[3].set_pose.pose.position.x".
         code: The gRPC status code; None if no call was made.
         metadata: Further details by name. Of a step that ended early "steps_done", of this call, and "step", at which
             the world stands: its commands and these steps stay done. If its commands were cut short "commands_done"
@@ -34,6 +37,7 @@ class GenphysError(Exception):
         *,
         reason: str | None = None,
         field: str = "",
+        argument: str | None = None,
         code: grpc.StatusCode | None = None,
         metadata: Mapping[str, str] | None = None,
     ) -> None:
@@ -41,12 +45,13 @@ class GenphysError(Exception):
         self.message = message
         self.reason = self.default_reason if reason is None else reason
         self.field = field
+        self.argument = field if argument is None else argument
         self.code = code
         self.metadata = dict(metadata or {})
 
     def __str__(self) -> str:
         what = self.reason or (self.code.name if self.code else "")
-        where = f" at {self.field}" if self.field else ""
+        where = f" at {self.argument}" if self.argument else ""
         return f"{self.message} [{what}{where}]" if what else self.message
 
 
@@ -203,8 +208,8 @@ _BY_CODE: dict[grpc.StatusCode, type[GenphysError]] = {
 }
 
 
-def from_rpc_error(error: Any, *, ended_here: bool) -> GenphysError:
-    """Returns the exception that says what a failed call's status and details say.
+def from_rpc_error(error: Any, *, ended_here: bool, request: Any = None) -> GenphysError:
+    """Returns the exception that says what the status and details of a failed call of `request`, a class, say.
 
     A call that nobody cancelled on this side came to a server in its last moments: gRPC cancels what it can no longer
     answer, which is no other thing than not being there.
@@ -225,16 +230,28 @@ def from_rpc_error(error: Any, *, ended_here: bool) -> GenphysError:
             violations = message_class(kind).FromString(detail.value).field_violations
             field = violations[0].field if violations else ""
     kind = BY_REASON.get(reason) or _BY_CODE.get(code, GenphysError)
-    return kind(message, reason=reason, field=field, code=code, metadata=metadata)
+    return _told(kind, message, request, reason=reason, field=field, code=code, metadata=metadata)
 
 
 def from_refusal(refusal: Any) -> GenphysError:
-    """Returns the exception that a Refusal message stands for, as a call of it alone would have raised it."""
+    """Returns the exception that a Refusal of a step stands for, as a call of it alone would have raised it."""
     reason = enum_names("ErrorReason", "ERROR_REASON_").get(refusal.reason, "").upper()
     code = _CODES.get(refusal.code, grpc.StatusCode.UNKNOWN)
     kind = BY_REASON.get(reason) or _BY_CODE.get(code, GenphysError)
     metadata = _metadata_of(refusal.early_end) if refusal.HasField("early_end") else {}
-    return kind(refusal.message, reason=reason, field=refusal.field, code=code, metadata=metadata)
+    return _told(
+        kind, refusal.message, wire.StepRequest, reason=reason, field=refusal.field, code=code, metadata=metadata
+    )
+
+
+def _told(kind: type[GenphysError], message: str, request: Any, *, field: str, **details: Any) -> GenphysError:
+    """Returns an exception whose words are those of this package."""
+    argument = None
+    if request is not None:
+        parts = _naming.parts_of(request.DESCRIPTOR, field) if field else None
+        argument = None if parts is None else ".".join(parts)
+        message = _naming.message_of(request.DESCRIPTOR, field, message)
+    return kind(message, field=field, argument=argument, **details)
 
 
 def created_ids(error: GenphysError) -> dict[int, int]:

@@ -204,7 +204,7 @@ class Server(Closing):
                         found[each.index] = prepared[each.index].result(each.response)
         except grpc.RpcError as error:
             finish(call)
-            end = from_rpc_error(error, ended_here=self._connection.closed)
+            end = from_rpc_error(error, ended_here=self._connection.closed, request=wire.StepWorldsRequest)
         return [found.get(index, end) for index in range(len(prepared))]
 
     def list_worlds(self, *, timeout: float | None = None) -> list[WorldInfo]:

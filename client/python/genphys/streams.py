@@ -13,7 +13,7 @@ import grpc
 from . import _arguments, errors, events
 from ._closing import Closing
 from ._connection import Connection, finish
-from ._contract import wire
+from ._contract import METHODS, wire
 
 RECONNECT_SECONDS = 30.0
 """How long a stream tries to come back after a lost connection before it raises."""
@@ -100,7 +100,7 @@ class Stream(Closing, Generic[Item]):
             finish(self._call)
             if self._closed or self._is_over(error):
                 raise StopIteration from None
-            cause = errors.from_rpc_error(error, ended_here=self._closed)
+            cause = self._error_of(error)
             if cause.code != grpc.StatusCode.UNAVAILABLE:
                 raise cause from None
             self._resubscribe(cause)
@@ -124,7 +124,7 @@ class Stream(Closing, Generic[Item]):
                 code = grpc.StatusCode.DEADLINE_EXCEEDED
                 raise errors.DeadlineExceededError(f"{self._method} sent no first message", code=code) from None
             if not self._is_over(error):
-                raise errors.from_rpc_error(error, ended_here=self._closed) from None
+                raise self._error_of(error) from None
             self._closed = True
         except StopIteration:
             self._closed = True
@@ -151,6 +151,9 @@ class Stream(Closing, Generic[Item]):
                 if time.monotonic() > give_up_at:
                     raise error from cause
         raise StopIteration
+
+    def _error_of(self, error: Any) -> errors.GenphysError:
+        return errors.from_rpc_error(error, ended_here=self._closed, request=METHODS[self._method].request)
 
     def _is_over(self, error: Any) -> bool:
         return self._ends_at is not None and error.code() == grpc.StatusCode.DEADLINE_EXCEEDED

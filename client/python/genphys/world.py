@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import Any
 
-from . import _arguments, _decode, _encode, model
+from . import _arguments, _decode, _encode, _naming, model
 from ._closing import Closing
 from ._connection import Connection
 from ._contract import make, wire
@@ -62,6 +62,7 @@ class PreparedStep:
     def refused(self, error: GenphysError) -> GenphysError:
         """Gives what the commands of a step that ended early created their ids, and returns the error."""
         self._settle(created_ids(error).get)
+        error.argument = _naming.of_batch(error.argument, self.pending.verbs)
         return error
 
     def _settle(self, id_of: Callable[[int], int | None]) -> tuple[Entity, ...]:
@@ -404,9 +405,14 @@ class World(Closing, Commands, Queries):
             self._keyframes.clear()
         self._keyframes[key.SerializeToString()] = frame
 
-    def _create(self, entity: Any) -> Entity:
+    def _create(self, entity: Any, verb: str = "") -> Entity:
         request = wire.CreateEntityRequest(world=self._name, entity=entity)
-        response = self._connection.call("CreateEntity", request)
+        try:
+            response = self._connection.call("CreateEntity", request)
+        except GenphysError as error:
+            if verb:
+                error.argument = _naming.of_shape(error.argument)
+            raise
         return self._learn(_decode.entity_info(response.entity, self._name)).entity
 
     def _create_field(self, command: Any) -> ForceField:
@@ -421,7 +427,11 @@ class World(Closing, Commands, Queries):
         return Joint(response.results[0].created_id, self._name)
 
     def _send(self, *commands: Any) -> Any:
-        return self._connection.call("Step", wire.StepRequest(world=self._name, commands=commands, steps=0))
+        try:
+            return self._connection.call("Step", wire.StepRequest(world=self._name, commands=commands, steps=0))
+        except GenphysError as error:
+            error.argument = _naming.of_call(error.argument)
+            raise
 
     def _learn(self, info: EntityInfo) -> EntityInfo:
         self._names[info.id] = info.name

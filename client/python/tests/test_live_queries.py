@@ -43,7 +43,7 @@ def test_a_dynamic_mesh_is_refused_by_name(world):
 
 
 def test_flat_points_are_no_hull(world):
-    with pytest.raises(genphys.InvalidValueError, match="convex_hull.vertices"):
+    with pytest.raises(genphys.InvalidValueError, match="INVALID_VALUE at vertices"):
         world.add_convex_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], mass=1.0)
 
 
