@@ -23,3 +23,9 @@ class Closing:
 
     def close(self) -> None:
         raise NotImplementedError
+
+    def __reduce__(self) -> str:
+        raise TypeError(
+            f"a {type(self).__name__} is a connection of this process, which can be neither pickled nor copied: "
+            "pass on server.address and world.name, and use genphys.connect(address).world(name) there"
+        )

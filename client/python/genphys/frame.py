@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _encode
-from ._contract import SCALAR
+from ._contract import SCALAR, wire
 from .model import Entity, Stamp
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class Frame:
     """One state of a world. Row i of every column is the entity `ids[i]`; find a row with `row(entity)`.
 
     The columns are read-only views of the received bytes. Asking for one that was not requested raises
-    AttributeError.
+    AttributeError. A frame can be pickled and copied, as for other processes.
     """
 
     __slots__ = ("_message", "_rows", "_stamp", "_columns", "_dtype", "_wanted")
@@ -210,6 +210,17 @@ class Frame:
     def __len__(self) -> int:
         return len(self._rows.ids)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The classes of messages are made at run time, and no other process finds them by name: their bytes go.
+        return _restored, (
+            type(self),
+            self._message.SerializeToString(),
+            (self._rows.key, self._rows.ids.tobytes()),
+            self._stamp.SerializeToString(),
+            None if self._wanted is None else self._wanted.SerializeToString(),
+            {name: getattr(self, name) for name in type(self).__slots__ if type(self) is not Frame},
+        )
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} step {self.step}, {self.time:.6g} s, {len(self)} entities>"
 
@@ -236,6 +247,19 @@ class Frame:
                 raise AttributeError(f"{name} were not asked for: see FrameRequest")
             self._columns[name] = column
         return column
+
+
+def _restored(
+    kind: type[Frame], message: bytes, rows: Any, stamp: bytes, wanted: bytes | None, more: dict[str, Any]
+) -> Frame:
+    """Returns a frame that was copied or stored."""
+    frame = kind.__new__(kind)
+    request = None if wanted is None else wire.FrameRequest.FromString(wanted)
+    whole = wire.Frame.FromString(message)
+    Frame.__init__(frame, whole, Rows(*rows), wire.WorldStamp.FromString(stamp), request)
+    for name, value in more.items():
+        setattr(frame, name, value)
+    return frame
 
 
 @dataclasses.dataclass(frozen=True)

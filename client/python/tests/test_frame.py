@@ -1,5 +1,8 @@
 """Frames are numpy views of the received bytes, addressed by entity."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -108,3 +111,23 @@ def test_a_delta_is_laid_over_its_keyframe():
     assert (same.step, same.asleep.tolist(), len(same)) == (7, [True, True, True], 3)
     assert same.positions.tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
     assert merger.merge(genphys.Frame(stranger), stranger) is None
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda frame: pickle.loads(pickle.dumps(frame))])
+def test_a_frame_can_be_copied_and_pickled(copied):
+    cache = RowsCache()
+    cache.rows_of(frame_message())
+    later = frame_message(offset=1.0, asleep=b"\x02")
+    later.ClearField("entity_ids")  # as they come while the rows are the same
+    frame = genphys.Frame(later, cache.rows_of(later), wanted=wire.FrameRequest(poses=True))
+
+    other = copied(frame)
+
+    assert type(other) is genphys.Frame
+    assert (other.stamp, other.ids.tolist(), len(other)) == (frame.stamp, IDS, 3)
+    assert np.array_equal(other.positions, frame.positions)
+    assert other.asleep.tolist() == [False, True, False]
+    assert other.row(15) == 2
+    assert not other.positions.flags.writeable
+    with pytest.raises(AttributeError, match="linear_velocities were not asked for"):
+        other.linear_velocities  # noqa: B018

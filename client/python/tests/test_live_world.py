@@ -1,6 +1,8 @@
 """A world on the real server does what the verbs say."""
 
+import copy
 import pathlib
+import pickle
 import time
 
 import numpy as np
@@ -341,3 +343,25 @@ def test_memory_of_deleted_worlds_goes_back_to_the_system(binary, engine):
             assert time.monotonic() < end, f"{resident_bytes(pid) - before} of {grown} bytes are still held"
             time.sleep(0.1)
         assert grown > 10e6
+
+
+def test_a_result_goes_to_other_processes_and_a_world_tells_how_to_get_there(server, world):
+    with world.batch() as batch:
+        ball = batch.add_sphere(name="ball", position=(0, 0, 0.4))
+    result = world.step(3, stats=True)
+
+    for copied in (copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))):
+        other = copied(result)
+        assert type(other) is genphys.StepResult
+        assert np.array_equal(other.positions, result.positions)
+        assert (other.events, other.stats, other.created, other.events_left_out) == (
+            result.events,
+            result.stats,
+            (ball,),
+            None,
+        )
+        assert other.events and other.created[0].name == "ball"
+        with world.drive() as drive, world.events() as events, world.frames() as frames:
+            for connected in (world, server, drive, events, frames):
+                with pytest.raises(TypeError, match="pass on server.address and world.name"):
+                    copied(connected)
