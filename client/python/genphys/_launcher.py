@@ -72,7 +72,7 @@ class ServerProcess:
             shutil.rmtree(self._folder, ignore_errors=True)
             raise LaunchError(f"{binary} cannot be run: {error.strerror}") from error
         # Also at the exit of the interpreter. If that is killed, the server sees its stdin close.
-        self._finalizer = weakref.finalize(self, _end, self._process, self._folder)
+        self._finalizer = weakref.finalize(self, _end, self._process, self._folder, os.getpid())
         try:
             self.address = self._wait_until_ready(binary, log, start_timeout)
         except BaseException:
@@ -117,7 +117,9 @@ def _tail(log: str) -> str:
     return f":\n{text}" if text else ""
 
 
-def _end(process: subprocess.Popen[bytes], folder: str) -> None:
+def _end(process: subprocess.Popen[bytes], folder: str, owner: int) -> None:
+    if os.getpid() != owner:
+        return  # A fork of the program that started it ends: that one still uses it.
     if process.poll() is None:
         process.send_signal(signal.SIGTERM)
         try:

@@ -1,6 +1,9 @@
 """A private server is found, awaited and ended; if it cannot be, the error says what to do."""
 
 import os
+import pathlib
+import subprocess
+import sys
 import time
 
 import pytest
@@ -99,3 +102,27 @@ def test_close_ends_the_server_and_may_be_called_again(tmp_path):
     assert (tmp_path / "arguments").read_text().strip() == (
         f"--listen unix:{folder}/socket --exit-with-parent --default-engine bullet --workers 1"
     )
+
+
+FORKS = """
+import os, sys
+import genphys
+
+server = genphys.launch(binary=sys.argv[1])
+if os.fork() == 0:
+    sys.exit()  # and with it all that ends at the exit of a program
+os.wait()
+os.kill(server._process.pid, 0)
+print(os.path.isdir(os.path.dirname(server.address.removeprefix("unix:"))))
+"""
+
+
+def test_a_fork_that_ends_leaves_the_server_to_who_started_it(tmp_path):
+    binary = program(tmp_path / "genphysd", 'echo "genphysd listening on $2"', "exec sleep 60")
+    package = str(pathlib.Path(genphys.__file__).parents[1])
+
+    told = subprocess.run(
+        [sys.executable, "-c", FORKS, binary], env={**os.environ, "PYTHONPATH": package}, stdout=subprocess.PIPE, check=True
+    )
+
+    assert told.stdout.split() == [b"True"]
