@@ -100,6 +100,7 @@ from .model import (
     Visual,
     WorldInfo,
 )
+from .options import BodyOptions, EntityOptions, InertiaOptions, ShapeOptions
 from .queries import ClosestPoints, EntityContact, Overlaps, RayEntries, ShapeHits
 from .server import Server, connect, launch
 from .streams import EventStream, Position
@@ -112,6 +113,7 @@ __all__ = [
     "AlreadyExistsError",
     "AutoDisable",
     "Batch",
+    "BodyOptions",
     "Box",
     "BudgetExceededError",
     "CancelledError",
@@ -139,6 +141,7 @@ __all__ = [
     "EntityFaulted",
     "EntityInfo",
     "EntityNotFoundError",
+    "EntityOptions",
     "EntitySlept",
     "EntityStartedMoving",
     "EntityStoppedMoving",
@@ -163,6 +166,7 @@ __all__ = [
     "Geometry",
     "Heightfield",
     "HistoryGoneError",
+    "InertiaOptions",
     "InvalidValueError",
     "Joint",
     "JointBroke",
@@ -187,6 +191,7 @@ __all__ = [
     "SensorLeft",
     "Server",
     "ShapeHits",
+    "ShapeOptions",
     "SnapshotIncompatibleError",
     "Sphere",
     "StaleIdError",

@@ -10,11 +10,10 @@ from . import _arguments, _encode, fields, joints, model
 from ._contract import make, wire
 from .joints import Joint
 from .model import Entity, Quaternion, Vector
+from .options import EntityOptions, ShapeOptions, explained
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-    from ._options import EntityOptions, ShapeOptions
 
 _GEOMETRY_KEYWORDS = (
     "friction",
@@ -31,7 +30,7 @@ _GEOMETRY_KEYWORDS = (
     "collides_with_bits",
     "surface_velocity",
 )
-_SHAPE_KEYWORDS = (_encode.ENTITY_KEYWORDS - {"geometries"}) | set(_GEOMETRY_KEYWORDS)
+_SHAPE_KEYWORDS = (_encode.ENTITY_KEYWORDS - {"geometries", "physics"}) | set(_GEOMETRY_KEYWORDS)
 
 
 class Commands:
@@ -163,47 +162,57 @@ class Commands:
         if _has_rows(columns.joint_ids, velocities=columns.targets, positions=columns.positions):
             self._submit(wire.Command(set_motors=columns))
 
+    @explained(ShapeOptions)
     def add_sphere(self, *, radius: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a ball of this radius in metres; further keywords: `BodyOptions`, `ShapeOptions`.
+        """Adds a ball of this radius in metres.
 
         Without mass or density the world's default density counts.
         """
         return self._add("add_sphere", model.Sphere(radius), options)
 
+    @explained(ShapeOptions)
     def add_box(self, *, half_extents: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a block with these half edges in metres; further keywords: `BodyOptions`, `ShapeOptions`."""
+        """Adds a block with these half edges in metres."""
         return self._add("add_box", model.Box(half_extents), options)
 
+    @explained(ShapeOptions)
     def add_capsule(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a cylinder along its z with round ends; `half_length` in metres is of the straight part."""
         return self._add("add_capsule", model.Capsule(radius, half_length), options)
 
+    @explained(ShapeOptions)
     def add_cylinder(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a cylinder along its z with flat ends; metres."""
         return self._add("add_cylinder", model.Cylinder(radius, half_length), options)
 
+    @explained(ShapeOptions)
     def add_cone(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a cone with its apex at its z = half_length and its base across -half_length; metres."""
         return self._add("add_cone", model.Cone(radius, half_length), options)
 
+    @explained(ShapeOptions)
     def add_ellipsoid(self, *, semi_axes: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
         """Adds an ellipsoid with these half axes in metres."""
         return self._add("add_ellipsoid", model.Ellipsoid(semi_axes), options)
 
+    @explained(ShapeOptions)
     def add_convex_hull(self, vertices: Any, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds the smallest convex body around (n, 3) points in metres."""
         return self._add("add_convex_hull", model.ConvexHull(vertices), options)
 
+    @explained(ShapeOptions)
     def add_mesh(self, vertices: Any, indices: Any, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a static (or, with motion="kinematic", kinematic) surface of triangles; see `TriangleMesh`."""
         options.setdefault("motion", "static")
         return self._add("add_mesh", model.TriangleMesh(vertices, indices), options)
 
+    @explained(ShapeOptions)
     def add_heightfield(self, heights: Any, *, cell_size: float = 1.0, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a static (or, with motion="kinematic", kinematic) ground of heights; see `Heightfield`."""
         options.setdefault("motion", "static")
         return self._add("add_heightfield", model.Heightfield(heights, cell_size), options)
 
+    @explained(ShapeOptions)
     def add_plane(
         self, *, normal: Vector = (0.0, 0.0, 1.0), offset: float = 0.0, **options: Unpack[ShapeOptions]
     ) -> Entity:
@@ -211,6 +220,7 @@ class Commands:
         options.setdefault("motion", "static")
         return self._add("add_plane", model.Plane(normal, offset), options)
 
+    @explained(EntityOptions)
     def add_entity(
         self, *, geometries: Sequence[model.Geometry] = (), physics: bool = True, **options: Unpack[EntityOptions]
     ) -> Entity:
@@ -219,11 +229,12 @@ class Commands:
         Args:
             geometries: What it collides with; without any it needs a mass.
             physics: False for something that stays where it is put and collides with nothing.
-            options: See `BodyOptions` and `EntityOptions`.
+            options: See below.
         """
         _encode.known(options, _encode.ENTITY_KEYWORDS, "add_entity")
         return self._create(_encode.entity(self._home, geometries=geometries, physics=physics, **options))
 
+    @explained(EntityOptions)
     def update_entity(
         self,
         entity: Entity | int,

@@ -1,13 +1,16 @@
 """The verbs become the messages of the contract, and a batch goes with the next step."""
 
+import re
+
 import grpc
 import numpy as np
 import pytest
 from fake_server import FIRST_ID, FakeServer, answer_step, last_command, refuse
 
 import genphys
-from genphys import _contract, _encode
+from genphys import EntityOptions, ShapeOptions, _contract, _encode, commands
 from genphys._contract import wire
+from genphys.commands import Commands
 
 
 @pytest.fixture
@@ -207,3 +210,21 @@ def test_a_world_leaves_to_the_server_what_is_not_said(fake):
     assert full.HasField("ground_plane")
     assert full.defaults.material.friction == 0.3
     assert len(full.required_features) == 1
+
+
+SHAPES = [name for name in dir(Commands) if name.startswith("add_") and name not in ("add_entity", "add_field")]
+
+
+@pytest.mark.parametrize("verb", SHAPES)
+def test_help_tells_the_keywords_of_what_adds_a_shape(world, verb):
+    told = re.findall(r"^    (\w+): ", getattr(Commands, verb).__doc__.partition("Keywords:")[2], re.MULTILINE)
+
+    assert sorted(told) == sorted(ShapeOptions.__annotations__) == sorted(commands._SHAPE_KEYWORDS)
+
+
+def test_help_tells_the_keywords_of_what_adds_and_changes_an_entity():
+    for verb in (Commands.add_entity, Commands.update_entity):
+        keywords = EntityOptions.__annotations__
+        told = re.findall(r"^    (\w+): ", verb.__doc__.partition("Keywords:")[2], re.MULTILINE)
+        assert sorted(told) == sorted(keywords)
+        assert keywords.keys() | {"geometries", "physics"} == _encode.ENTITY_KEYWORDS
