@@ -99,6 +99,8 @@ def text(value: Any, what: str, example: str) -> str:
     """Returns `value`; raises TypeError, which shows an example, unless it is a text."""
     if not isinstance(value, str):
         raise TypeError(f"{what} is {reprlib.repr(value)}, not a text, as in {example}")
+    if not value:
+        raise ValueError(f"{what} is empty: it is a text as in {example}")
     return value
 
 
@@ -129,7 +131,8 @@ def floats(values: Any, what: str) -> NDArray[np.float64]:
     """Returns an array of numbers of any shape; raises TypeError or ValueError for what is none."""
     try:
         found = np.asarray(values)
-        if found.dtype.kind not in _NUMERIC_KINDS:
+        # None would become NaN.
+        if found.dtype.kind not in _NUMERIC_KINDS or (found.dtype.kind == "O" and any(each is None for each in found.flat)):
             raise TypeError
         return np.ascontiguousarray(found, "<f8") if found.ndim else found.astype("<f8")
     except TypeError:

@@ -92,6 +92,9 @@ def world_info(world: Any, stamp: Any) -> model.WorldInfo:
         gravity=vector(world.gravity),
         step_size=world.stepper.step_size_seconds,
         stamp=stamp_of(stamp),
+        recorded_events=model.EventKinds(
+            **{each.name: getattr(world.recorded_events, each.name) for each in dataclasses.fields(model.EventKinds)}
+        ),
     )
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import reprlib
+import typing
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -55,9 +57,9 @@ def frame(value: Any, what: str) -> Any:
     """Returns the Pose of a joint frame: a position, or a pair of position and orientation; None stays None."""
     if value is None:
         return None
-    if isinstance(value, (tuple, list)) and len(value) == 2:
-        return make.Pose(position=vector(value[0], what), orientation=quaternion(value[1], what))
     try:
+        if isinstance(value, (tuple, list)) and len(value) == 2:
+            return make.Pose(position=vector(value[0], what), orientation=quaternion(value[1], what))
         return make.Pose(position=vector(value, what))
     except TypeError:
         raise TypeError(f"{what} is {reprlib.repr(value)}, not a position or (position, orientation)") from None
@@ -97,14 +99,14 @@ def event_kinds(kinds: Any, what: str) -> Any:
     return make.EventKinds(**vars(instance(kinds, model.EventKinds, what)))
 
 
-def event_filter(events: bool | model.EventFilter | None, home: str) -> Any:
+def event_filter(events: bool | model.EventFilter | None, home: str, what: str = "events") -> Any:
     """Returns an EventFilter message; None when no events are wanted."""
     if events is None:
         return None
     if isinstance(events, (bool, np.bool_)):
         return make.EventFilter() if events else None
     if not isinstance(events, model.EventFilter):
-        raise TypeError(f"events is {reprlib.repr(events)}, not True, False or genphys.EventFilter(...)")
+        raise TypeError(f"{what} is {reprlib.repr(events)}, not True, False or genphys.EventFilter(...)")
     return make.EventFilter(
         kinds=None if events.kinds is None else event_kinds(events.kinds, "kinds"),
         entity_ids=entity_ids(events.entities, "entities", home),
@@ -192,6 +194,9 @@ def correction_policy(policy: model.ErrorCorrection | None) -> Any:
     )
 
 
+_SHAPES = ", ".join(f"genphys.{kind.__name__}(...)" for kind in typing.get_args(model.Shape))
+
+
 def shape(value: Any) -> Any:
     """Returns a Shape message; raises TypeError for what is no shape."""
     if isinstance(value, model.Sphere):
@@ -218,7 +223,7 @@ def shape(value: Any) -> Any:
         return make.Shape(triangle_mesh=mesh)
     if isinstance(value, model.Heightfield):
         return make.Shape(heightfield=_heightfield(value))
-    raise TypeError(f"{value!r} is not a shape")
+    raise TypeError(f"shape is {reprlib.repr(value)}, not one of: {_SHAPES}")
 
 
 def _rows(values: Any, what: str) -> Any:
@@ -353,6 +358,22 @@ _BODY_PATHS = {
 }
 
 
+GEOMETRY_KEYWORDS = (
+    "friction",
+    "kinetic_friction",
+    "restitution",
+    "density",
+    "friction_mixing",
+    "restitution_mixing",
+    "rolling_friction",
+    "spinning_friction",
+    "sensor",
+    "collision_space",
+    "category_bits",
+    "collides_with_bits",
+    "surface_velocity",
+)
+BODY_KEYWORDS = tuple(_BODY_PATHS)
 ENTITY_KEYWORDS = frozenset(entity.__kwdefaults__ or ())
 
 
@@ -360,18 +381,33 @@ def known(options: Iterable[str], keywords: Iterable[str], verb: str) -> None:
     """Raises TypeError, as Python does, unless all `options` are `keywords` of the method `verb`."""
     for name in options:
         if name not in keywords:
-            raise TypeError(f"{verb}() got an unexpected keyword argument {name!r}")
+            near = difflib.get_close_matches(name, keywords, 1)
+            meant = f"did you mean {near[0]!r}?" if near else f"help(genphys.World.{verb}) lists those that there are"
+            raise TypeError(f"{verb}() got an unexpected keyword argument {name!r}: {meant}")
 
 
 def entity_update(home: str, options: dict[str, Any], whole: bool) -> tuple[Any, list[str]]:
     """Returns an Entity message of what `options` say, and the paths of what they are; with `whole`, all physics."""
-    unknown = options.keys() - _ENTITY_PATHS.keys() - _BODY_PATHS.keys()
-    if unknown:
-        raise TypeError(f"an entity has no {', '.join(sorted(unknown))}")
+    for name in options:
+        if name in GEOMETRY_KEYWORDS:
+            raise TypeError(f"{name} is of a geometry: give all of these, as geometries=[genphys.Geometry({name}=...)]")
+    known(options, ENTITY_KEYWORDS, "update_entity")
     paths = [_ENTITY_PATHS[name] for name in options if name in _ENTITY_PATHS]
     parts = [f"rigid_body.{_BODY_PATHS[name]}" for name in options if name in _BODY_PATHS]
     paths += ["rigid_body"] if whole else parts
     return entity(home, physics=whole or bool(parts), **options), list(dict.fromkeys(paths))
+
+
+def cleared(names: Any) -> list[str]:
+    """Returns the paths of what an update takes away; the contract's own are told as they are."""
+    paths = {name: f"rigid_body.{path}" for name, path in _BODY_PATHS.items()}
+    paths |= {**_ENTITY_PATHS, "physics": "rigid_body"}
+    found = []
+    for name in items(names, "clear"):
+        if name not in paths and name not in paths.values():
+            raise ValueError(f"clear has {reprlib.repr(name)}, not one of: {', '.join(sorted(paths))}")
+        found.append(paths.get(name, name))
+    return found
 
 
 def resource(collection: str, name: Any, what: str) -> str:

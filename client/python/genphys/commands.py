@@ -15,22 +15,20 @@ from .options import EntityOptions, ShapeOptions, explained
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-_GEOMETRY_KEYWORDS = (
-    "friction",
-    "kinetic_friction",
-    "restitution",
+_OF_WHAT_MOVES = (
+    "mass",
     "density",
-    "friction_mixing",
-    "restitution_mixing",
-    "rolling_friction",
-    "spinning_friction",
-    "sensor",
-    "collision_space",
-    "category_bits",
-    "collides_with_bits",
-    "surface_velocity",
+    "center_of_mass",
+    "inertia_tensor",
+    "linear_damping",
+    "angular_damping",
+    "gravity_scale",
+    "linear_speed_max",
+    "angular_speed_max",
+    "locked_axes",
+    "auto_disable",
 )
-_SHAPE_KEYWORDS = (_encode.ENTITY_KEYWORDS - {"geometries", "physics"}) | set(_GEOMETRY_KEYWORDS)
+_SHAPE_KEYWORDS = (_encode.ENTITY_KEYWORDS - {"geometries", "physics"}) | set(_encode.GEOMETRY_KEYWORDS)
 
 
 class Commands:
@@ -203,22 +201,19 @@ class Commands:
     @explained(ShapeOptions)
     def add_mesh(self, vertices: Any, indices: Any, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a static (or, with motion="kinematic", kinematic) surface of triangles; see `TriangleMesh`."""
-        options.setdefault("motion", "static")
-        return self._add("add_mesh", model.TriangleMesh(vertices, indices), options)
+        return self._add_ground("add_mesh", model.TriangleMesh(vertices, indices), options)
 
     @explained(ShapeOptions)
     def add_heightfield(self, heights: Any, *, cell_size: float = 1.0, **options: Unpack[ShapeOptions]) -> Entity:
         """Adds a static (or, with motion="kinematic", kinematic) ground of heights; see `Heightfield`."""
-        options.setdefault("motion", "static")
-        return self._add("add_heightfield", model.Heightfield(heights, cell_size), options)
+        return self._add_ground("add_heightfield", model.Heightfield(heights, cell_size), options)
 
     @explained(ShapeOptions)
     def add_plane(
         self, *, normal: Vector = (0.0, 0.0, 1.0), offset: float = 0.0, **options: Unpack[ShapeOptions]
     ) -> Entity:
         """Adds a static half space, solid where dot(normal, p) <= offset; offset in metres."""
-        options.setdefault("motion", "static")
-        return self._add("add_plane", model.Plane(normal, offset), options)
+        return self._add_ground("add_plane", model.Plane(normal, offset), options)
 
     @explained(EntityOptions)
     def add_entity(
@@ -232,6 +227,9 @@ class Commands:
             options: See below.
         """
         _encode.known(options, _encode.ENTITY_KEYWORDS, "add_entity")
+        if not physics:
+            told = {**options, "geometries": geometries or None}
+            _refuse(told, _encode.BODY_KEYWORDS, "physics=False makes what has no body")
         return self._create(_encode.entity(self._home, geometries=geometries, physics=physics, **options))
 
     @explained(EntityOptions)
@@ -246,7 +244,7 @@ class Commands:
 
         Args:
             entity: Which.
-            clear: What it loses or takes back to its default, by path: "rigid_body", "visual", "rigid_body.inertia" ...
+            clear: Keywords whose values it loses or takes back to their defaults: "mass", "visual", "physics" ...
             options: Keywords of `add_entity`. geometries are all that it has from then on: keep the id of one that
                 stays; of one that is changed too. A mass, centre or tensor replaces all three. A position or an
                 orientation alone leaves the other one, as `set_pose` does; None leaves it, too. Physics comes to an
@@ -257,7 +255,9 @@ class Commands:
         if len(halves) == 2:
             options |= pose
         whole = options.pop("physics", None)
-        cleared = [*_arguments.items(clear, "clear"), *(["rigid_body"] if whole is False else [])]
+        if whole is False:
+            _refuse(options, _encode.BODY_KEYWORDS, "physics=False takes the body away")
+        cleared = [*_encode.cleared(clear), *(["rigid_body"] if whole is False else [])]
         message, paths = _encode.entity_update(self._home, options, whole=bool(whole))
         message.id = _encode.entity_id(entity, self._home)
         commands = []
@@ -301,6 +301,7 @@ class Commands:
                 taken to go straight from one to the next, and motion under it is of second order. Otherwise the force
                 stays as it is and jumps, which is exact for what does.
         """
+        _acts(force=force, torque=torque, point=point)
         whom = _encode.entity_id(entity, self._home)
         force_of_entity = _force(whom, force, torque, point, coordinates, steps, replace, sampled)
         self._submit(wire.Command(apply_force=force_of_entity))
@@ -323,6 +324,7 @@ class Commands:
             point: Where the linear impulse acts, metres; None is the centre of mass.
             coordinates: Of all three: "world" or "entity".
         """
+        _acts(linear=linear, angular=angular, point=point)
         impulse = make.ApplyImpulse(
             entity_id=_encode.entity_id(entity, self._home),
             linear=None if linear is None else _encode.vector(linear, "linear"),
@@ -343,6 +345,8 @@ class Commands:
             torques: (n, 3), N*m; None for none.
             sampled: As in `apply_force`.
         """
+        if forces is None and torques is None:
+            raise ValueError("give forces, torques or both")
         columns = make.ApplyForceColumns(
             entity_ids=_encode.entity_column(entities, "entities", self._home),
             forces=b"" if forces is None else _arguments.row_column(forces, 3, "forces"),
@@ -453,13 +457,27 @@ class Commands:
         stepper = _encode.stepper(step_size, quality, solver, substeps, iterations, engine_only)
         self._submit(wire.Command(set_stepper=wire.SetStepper(stepper=stepper)))
 
+    def _add_ground(self, verb: str, shape: model.Shape, options: Any) -> Entity:
+        options.setdefault("motion", "static")
+        # Whether an engine moves such a shape is for the server to say, but nobody moves what shall not be dynamic.
+        if str(options["motion"]).lower() != "dynamic":
+            _refuse(options, _OF_WHAT_MOVES, f"{verb} makes what nothing pushes")
+        return self._add(verb, shape, options)
+
     def _add(self, verb: str, shape: model.Shape, options: Any) -> Entity:
         _encode.known(options, _SHAPE_KEYWORDS, verb)
         if options.get("mass") is not None and options.get("density") is not None:
             raise ValueError("give mass or density, not both")
-        of_geometry = {key: options.pop(key) for key in _GEOMETRY_KEYWORDS if key in options}
+        of_geometry = {key: options.pop(key) for key in _encode.GEOMETRY_KEYWORDS if key in options}
         geometry = model.Geometry(shape=shape, **of_geometry)
         return self._create(_encode.entity(self._home, geometries=[geometry], **options), verb)
+
+
+def _refuse(options: Any, keywords: Iterable[str], why: str) -> None:
+    """Raises ValueError for what would be left out in silence."""
+    for name in keywords:
+        if options.get(name) is not None:
+            raise ValueError(f"{name} has no effect here: {why}")
 
 
 def _has_rows(ids: bytes, **columns: bytes) -> bool:
@@ -468,6 +486,15 @@ def _has_rows(ids: bytes, **columns: bytes) -> bool:
         if column and not ids:
             raise ValueError(f"{name} has rows, but nobody is named")
     return bool(ids)
+
+
+def _acts(*, point: Vector | None, **pushes: Vector | None) -> None:
+    """Raises ValueError for what pushes nobody: `pushes` are what acts at the point and what turns."""
+    straight, _ = pushes
+    if all(push is None for push in pushes.values()):
+        raise ValueError(f"give {' or '.join(pushes)}")
+    if point is not None and pushes[straight] is None:
+        raise ValueError(f"point has no effect here: it is where {straight} acts")
 
 
 def _force(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import reprlib
 from collections.abc import Callable, Sequence
 from typing import Any, Union
 
@@ -227,7 +228,12 @@ def message(
 ) -> Any:
     """Returns a ForceField message; raises TypeError for what is no field."""
     if type(field) not in _KINDS:
-        raise TypeError(f"{field!r} is not a force field: Uniform, Drag, Spring, PointGravity or Buoyancy")
+        kinds = ", ".join(f"genphys.fields.{each.__name__}(...)" for each in _KINDS)
+        raise TypeError(f"field is {reprlib.repr(field)}, not one of: {kinds}")
+    if type(field) is Spring:
+        for name, told in (("entities", len(entities) > 0), ("region", region is not None)):
+            if told:
+                raise ValueError(f"{name} has no effect here: a spring acts on its a and b, wherever they are")
     bounds = None
     if region is not None:
         if not isinstance(region, (tuple, list, np.ndarray)) or len(region) != 2:
@@ -262,7 +268,7 @@ def creation(
                 ends[f"spring_{name}_created_by_command"] = place
                 field = dataclasses.replace(field, **{name: 0})
     return make.CreateForceField(
-        field=message(home, field, there, region),
+        field=message(home, field, there if type(field) is not Spring else entities, region),
         created_by_commands=[place for place in map(made_by, entities) if place is not None],
         **ends,
     )

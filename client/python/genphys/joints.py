@@ -7,6 +7,8 @@ N*m*s/rad. Each kind is told in the joint frames, one fixed in entity a and one 
 from __future__ import annotations
 
 import dataclasses
+import reprlib
+import typing
 from typing import Any, Union
 
 from . import _arguments
@@ -300,7 +302,8 @@ def encode(kind: Kind) -> dict[str, Any]:
         return {"six_dof": make.SixDofJoint(**along, **about)}
     if isinstance(kind, Gear):
         return {"gear": make.GearJoint(ratio=kind.ratio)}
-    raise TypeError(f"{kind!r} is no kind of joint: see genphys.joints")
+    kinds = ", ".join(f"genphys.joints.{each.__name__}(...)" for each in typing.get_args(Kind))
+    raise TypeError(f"kind is {reprlib.repr(kind)}, not one of: {kinds}")
 
 
 def _optional(message: Any, *names: str) -> Any:

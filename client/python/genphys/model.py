@@ -258,11 +258,11 @@ class EventKinds:
 
     Attributes:
         contacts: Contacts that begin and end.
-        persisting_contacts: Contacts that last, once per step and pair.
+        persisting_contacts: Contacts that last, once per step and pair; recorded where the world was told to.
         contact_points: The points of contacts that begin or last.
         sensors: Sensors entered and left.
         sleeping: Falling asleep and waking up.
-        moving: Starting and stopping to move or to rotate.
+        moving: Starting and stopping to move or to rotate; likewise.
         joints: Joints that break.
         changes: Entities, joints and force fields created, updated and deleted, and entities faulted.
     """
@@ -282,7 +282,8 @@ class EventFilter:
     """Which events one listener wants.
 
     Attributes:
-        kinds: Unset: all that the world records.
+        kinds: Unset: all that the world records. Of what it does not record nothing comes, whatever is wanted here: that
+            is said by `create_world(recorded_events=...)`, and told by `World.info().recorded_events`.
         entities: Events that name one of these (`Entity` or id); empty: all.
     """
 
@@ -437,6 +438,7 @@ class WorldInfo:
         gravity: m/s^2.
         step_size: Seconds.
         stamp: When this was true.
+        recorded_events: Which kinds of events happen at all.
     """
 
     name: str
@@ -445,6 +447,7 @@ class WorldInfo:
     gravity: tuple[float, float, float]
     step_size: float
     stamp: Stamp
+    recorded_events: EventKinds = EventKinds()
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ AnyCallable = TypeVar("AnyCallable", bound=Callable[..., Any])
 
 
 class BodyOptions(TypedDict, total=False):
-    """Keywords of every `add_...`. What is left out, or None, has the default of the world.
+    """Keywords of every `add_...`. What is left out has the default of the world.
 
     Attributes:
         name: For people.

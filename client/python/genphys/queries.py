@@ -219,7 +219,7 @@ class Queries:
         timeout: float | None = None,
     ) -> Overlaps:
         """Returns all that a shape overlaps at places; the arguments are those of `cast_shape`."""
-        places = np.atleast_2d(positions)
+        places = _many(positions)
         request = make.FindOverlapsRequest(**self._posed(shape, places, orientations, collides_with_bits))
         response = self._connection.call("FindOverlaps", request, timeout)
         return Overlaps(
@@ -248,7 +248,7 @@ class Queries:
             collides_with_bits: The categories that count, one bit each; None is all.
             timeout: Seconds.
         """
-        places = np.atleast_2d(positions)
+        places = _many(positions)
         request = make.FindClosestRequest(
             distance_max=distance_max, **self._posed(shape, places, orientations, collides_with_bits)
         )
@@ -294,9 +294,15 @@ def _vectors(column: bytes) -> NDArray[np.float64]:
     return np.frombuffer(column, "<f8").reshape(-1, 3)
 
 
+def _many(values: Any) -> NDArray[Any]:
+    """Returns rows: one vector stands for one row, and an empty list for none."""
+    array = np.atleast_2d(values)
+    return array.reshape(0, 3) if array.shape == (1, 0) else array
+
+
 def _each_with_each(**rows: Any) -> list[NDArray[Any]]:
     """Returns arrays of as many rows each, of which one row may stand for all."""
-    arrays = [np.atleast_2d(values) for values in rows.values()]
+    arrays = [_many(values) for values in rows.values()]
     try:
         return list(np.broadcast_arrays(*arrays))
     except ValueError:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import grpc
 
 from . import _decode, _encode, model
-from ._arguments import instance, items
+from ._arguments import instance, items, text
 from ._closing import Closing
 from ._connection import DEFAULT_TIMEOUT_SECONDS, Connection, finish
 from ._contract import make, wire
@@ -268,7 +268,9 @@ def launch(
     Raises:
         LaunchError: there is no genphysd, or it did not start; the message says what to do.
     """
-    options = [*([] if engine is None else ["--default-engine", engine]), *arguments]
+    if engine is not None:
+        text(engine, "engine", '"ode"')
+    options = [*([] if engine is None else ["--default-engine", engine]), *map(str, items(arguments, "arguments"))]
     process = ServerProcess(find_server(binary), options, start_timeout)
     try:
         return Server(process.connect(timeout), process)

@@ -13,7 +13,7 @@ import grpc
 from . import _arguments, errors, events
 from ._closing import Closing
 from ._connection import Connection, finish
-from ._contract import METHODS, wire
+from ._contract import METHODS, make
 
 RECONNECT_SECONDS = 30.0
 """How long a stream tries to come back after a lost connection before it raises."""
@@ -192,10 +192,8 @@ class EventStream(Stream[AnyEvent]):
         return self._position
 
     def _request(self) -> Any:
-        request = wire.WatchEventsRequest(world=self._world, filter=self._filter)
-        if self._position is not None:
-            request.epoch, request.after_sequence = self._position
-        return request
+        epoch, sequence = self._position or (None, None)
+        return make.WatchEventsRequest(world=self._world, filter=self._filter, epoch=epoch, after_sequence=sequence)
 
     def _take(self, response: Any) -> None:
         epoch = response.stamp.epoch

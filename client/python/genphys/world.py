@@ -336,7 +336,7 @@ class World(Closing, Commands, Queries):
             duration: Seconds of wall-clock time after which the iteration ends; None is never.
         """
         start = None if after is None else _position(after)
-        wanted = _encode.event_filter(filter, self._name)
+        wanted = _encode.event_filter(filter, self._name, "filter")
         stream = EventStream(self._connection, self._name, wanted, start, duration, self._event)
         self._streams.add(stream)
         return stream

@@ -10,6 +10,7 @@ from fake_server import FakeServer, answer_step, last_command
 import genphys
 from genphys import fields, joints
 from genphys._contract import wire
+from genphys.queries import _many
 
 ENTITY, JOINT, FIELD = genphys.Entity(5), joints.Joint(5), fields.ForceField(5)
 GEOMETRY = genphys.Geometry(shape=genphys.Sphere(1))
@@ -97,6 +98,24 @@ def test_handles_of_fields_are_equal_when_their_ids_are():
 
 
 WRONG_KINDS = {
+    "kind is <class 'genphys.joints.Hinge'>, not one of: genphys.joints.Ball(...), ": lambda world: world.join(
+        5, None, joints.Hinge
+    ),
+    "field is 'drag', not one of: genphys.fields.Uniform(...), ": lambda world: world.add_field("drag"),
+    "shape is 'ball', not one of: genphys.Sphere(...), ": lambda world: world.cast_shape("ball", (0, 0, 0), (0, 0, 1)),
+    "unexpected keyword argument 'possition': did you mean 'position'?": lambda world: world.add_box(possition=1),
+    "unexpected keyword argument 'x': help(genphys.World.add_box) lists": lambda world: world.add_box(x=1),
+    "unexpected keyword argument 'physics'": lambda world: world.add_box(physics=False),
+    "update_entity() got an unexpected keyword argument 'radius'": lambda world: world.update_entity(5, radius=1),
+    "friction is of a geometry: give all of these, as geometries=[genphys.Geometry(friction=...)]": lambda world: (
+        world.update_entity(5, friction=0.5)
+    ),
+    "frame_in_a is (0, 0), not a position or (position, orientation)": lambda world: world.join(
+        5, None, joints.Ball(), frame_in_a=(0, 0)
+    ),
+    "filter is EventKinds(": lambda world: world.events(genphys.EventKinds()),
+    "forces is [(None, 0, 0)], not an array of numbers": lambda world: world.apply_forces([5], [(None, 0, 0)]),
+    "origins is array(": lambda world: world.cast_rays(None, (0, 0, 1)),
     "motion is None, not one of": lambda world: world.add_box(motion=None),
     "motion is 1, not one of": lambda world: world.add_box(motion=1),
     "coordinates is None, not one of": lambda world: world.apply_force(5, (1, 0, 0), coordinates=None),
@@ -153,7 +172,75 @@ def test_what_is_of_another_kind_is_a_type_error_that_names_the_argument(world, 
     assert fake.received("Step") == fake.received("CreateEntity") == []
 
 
+NO_EFFECT = {
+    "mass has no effect here: add_plane makes what nothing pushes": lambda world: world.add_plane(mass=1.0),
+    "density has no effect here": lambda world: world.add_mesh(TRIANGLE, [(0, 1, 2)], density=1.0),
+    "gravity_scale has no effect here": lambda world: world.add_heightfield(
+        np.zeros((2, 2)), motion="kinematic", gravity_scale=0.5
+    ),
+    "mass has no effect here: physics=False": lambda world: world.add_entity(physics=False, mass=1.0),
+    "geometries has no effect here": lambda world: world.add_entity(physics=False, geometries=[GEOMETRY]),
+    "linear_velocity has no effect here: physics=False takes": lambda world: world.update_entity(
+        5, physics=False, linear_velocity=(0, 0, 1)
+    ),
+    "point has no effect here: it is where force acts": lambda world: world.apply_force(
+        5, torque=(0, 0, 1), point=(0, 0, 1)
+    ),
+    "point has no effect here: it is where linear acts": lambda world: world.apply_impulse(
+        5, angular=(0, 0, 1), point=(0, 0, 1)
+    ),
+    "give force or torque": lambda world: world.apply_force(5),
+    "give linear or angular": lambda world: world.apply_impulse(5, coordinates="entity"),
+    "give forces, torques or both": lambda world: world.apply_forces([5]),
+    "entities has no effect here: a spring acts on its a and b": lambda world: world.add_field(SPRING, entities=[6]),
+    "region has no effect here": lambda world: world.update_field(7, SPRING, region=((0, 0, 0), (1, 1, 1))),
+}
+TRIANGLE = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+SPRING = fields.Spring(a=5, stiffness=1.0)
+
+
+@pytest.mark.parametrize("told", NO_EFFECT)
+def test_what_would_be_left_out_in_silence_is_refused(world, fake, told):
+    with pytest.raises(ValueError, match=re.escape(told)):
+        NO_EFFECT[told](world)
+
+    assert fake.received("Step") == fake.received("CreateEntity") == []
+
+
+def test_what_has_an_effect_beside_these_is_taken(world, fake):
+    with world.batch() as batch:
+        batch.add_plane(friction=0.5, name="floor", mass=None)
+        batch.add_mesh(TRIANGLE, [(0, 1, 2)], motion="dynamic", mass=1.0)
+        batch.add_box(motion="static", mass=1.0)
+        batch.add_entity(physics=False, position=(0, 0, 1), geometries=[])
+        batch.update_entity(5, physics=False, name="ghost")
+        batch.apply_force(5, (1, 0, 0), torque=(0, 0, 1), point=(0, 0, 1))
+        batch.apply_impulse(5, angular=(0, 0, 1))
+        batch.apply_forces([5], torques=[(0, 0, 1)])
+        batch.add_field(SPRING)
+    world.step()
+
+    assert len(fake.received("Step")[-1].commands) == 9
+
+
+def test_what_an_update_takes_away_is_named_as_what_it_gives(world, fake):
+    world.update_entity(5, clear=["mass", "ignored_entities", "physics", "name"])
+    paths = ["rigid_body.inertia", "rigid_body.ignored_entity_ids", "rigid_body", "display_name"]
+    assert list(last_command(fake).update_entity.update_mask.paths) == paths
+    world.update_entity(5, clear=paths)
+    assert list(last_command(fake).update_entity.update_mask.paths) == paths
+
+    with pytest.raises(ValueError, match="clear has 'color', not one of: angular_damping, .*mass, motion, name"):
+        world.update_entity(5, clear=["color"])
+
+
+def test_an_empty_list_has_no_rows_and_one_vector_is_one():
+    assert _many([]).shape == _many(np.zeros((0, 3))).shape == (0, 3)
+    assert _many([1, 2]).shape == (1, 2)
+
+
 WRONG_VALUES = {
+    "after is -1, not a whole number": lambda world: world.events(after=(3, -1)),
     "steps is -1, not a whole number from 0 to 4294967295": lambda world: world.step(-1),
     "expected_step is -1, not a whole number": lambda world: world.step(expected_step=-1),
     "over_steps is -1, not a whole number": lambda world: world.set_pose(5, position=(1, 0, 0), over_steps=-1),
@@ -289,6 +376,8 @@ def test_half_a_pose_leaves_the_other_half(world, fake):
 def test_what_is_no_address_and_no_position_is_refused_by_its_name(world):
     with pytest.raises(TypeError, match="address is 50051, not a text, as in"):
         genphys.connect(50051)
+    with pytest.raises(ValueError, match='address is empty: it is a text as in "127.0.0.1:50051"'):
+        genphys.connect("")
     for wrong in (3, (1, 2, 3), "12", (1, "2")):
         with pytest.raises(TypeError, match=r"after is .*, not a position \(epoch, sequence\)"):
             world.events(after=wrong)

@@ -75,6 +75,15 @@ def test_a_server_that_never_serves_is_given_up_and_ended(tmp_path):
         os.kill(int((tmp_path / "pid").read_text()), 0)
 
 
+def test_options_of_a_server_are_a_list_and_its_engine_a_text(tmp_path):
+    binary = program(tmp_path / "genphysd", 'echo "genphysd listening on $2"', "exec sleep 60")
+    with pytest.raises(TypeError, match="arguments is '--workers 1', not a list"):
+        genphys.launch(binary=binary, arguments="--workers 1")
+    with pytest.raises(TypeError, match='engine is 3, not a text, as in "ode"'):
+        genphys.launch(binary=binary, engine=3)
+    genphys.launch(binary=binary, arguments=["--workers", 1]).close()
+
+
 def test_what_cannot_be_run_is_said(tmp_path):
     binary = tmp_path / "genphysd"
     binary.write_text("")
@@ -121,8 +130,9 @@ def test_a_fork_that_ends_leaves_the_server_to_who_started_it(tmp_path):
     binary = program(tmp_path / "genphysd", 'echo "genphysd listening on $2"', "exec sleep 60")
     package = str(pathlib.Path(genphys.__file__).parents[1])
 
+    surroundings = {**os.environ, "PYTHONPATH": package}
     told = subprocess.run(
-        [sys.executable, "-c", FORKS, binary], env={**os.environ, "PYTHONPATH": package}, stdout=subprocess.PIPE, check=True
+        [sys.executable, "-c", FORKS, binary], env=surroundings, stdout=subprocess.PIPE, check=True
     )
 
     assert told.stdout.split() == [b"True"]

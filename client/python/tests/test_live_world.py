@@ -365,3 +365,15 @@ def test_a_result_goes_to_other_processes_and_a_world_tells_how_to_get_there(ser
             for connected in (world, server, drive, events, frames):
                 with pytest.raises(TypeError, match="pass on server.address and world.name"):
                     copied(connected)
+
+
+def test_a_world_tells_which_events_it_records(server, world):
+    assert world.info().recorded_events == genphys.EventKinds()
+    kinds = genphys.EventKinds(persisting_contacts=True, changes=False)
+    with server.create_world(recorded_events=kinds) as other:
+        assert other.info().recorded_events == kinds
+
+
+def test_no_rays_hit_nothing(world):
+    assert world.cast_rays([], []).hit.shape == (0,)
+    assert len(world.find_overlaps(genphys.Sphere(1), []).places) == 0
