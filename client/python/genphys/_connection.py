@@ -127,7 +127,11 @@ def finish(call: Any) -> None:
     state, consume = getattr(call, "_state", None), getattr(call, "_consume_next_event", None)
     if consume is not None:
         while getattr(state, "due", None):
-            consume()
+            try:
+                consume()
+            except KeyError:
+                # Ctrl-C in the middle of a read leaves gRPC with an event that it no longer knows.
+                return
 
 
 def _close(streams: weakref.WeakSet[Any], channels: tuple[Any, ...]) -> None:

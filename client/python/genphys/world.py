@@ -326,8 +326,8 @@ class World(Closing, Commands, Queries):
     ) -> EventStream:
         """Returns an iterator over events as they happen; it misses nothing after it is returned.
 
-        A lost connection is taken up again where it broke. `Gap` says which events are lost because this listener
-        was too slow, `EpochBegan` that the world was reset.
+        It ends when the world is deleted. A lost connection is taken up again where it broke. `Gap` says which events
+        are lost because this listener was too slow, `EpochBegan` that the world was reset.
 
         Args:
             filter: Which events; None is all that the world records.

@@ -1,6 +1,12 @@
 """`python -m genphys.watch` shows events to people and to programs, and says what to do when it cannot."""
 
 import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 from fake_server import FakeServer, batch
@@ -8,6 +14,10 @@ from fake_server import FakeServer, batch
 import genphys
 from genphys import fields, joints, watch
 from genphys._contract import wire
+
+
+SHORT_SECONDS = 0.3
+PATIENCE_SECONDS = 10.0
 
 
 def serving(*worlds, events=()):
@@ -114,3 +124,20 @@ def test_every_kind_of_event_has_a_line_and_a_json(event):
     assert json.loads(json.dumps(watch.to_json(event)))["kind"] == type(event).__name__
     named = getattr(event, "entities", ())
     assert all(entity.name in line for entity in named)
+
+
+def test_ctrl_c_ends_it_in_peace(server):
+    with server.create_world(name="watched") as world:
+        program = subprocess.Popen(
+            [sys.executable, "-m", "genphys.watch", "--address", server.address, world.name],
+            env={**os.environ, "PYTHONPATH": str(pathlib.Path(genphys.__file__).parents[1])},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        line = program.stderr.readline()  # it watches by then
+        time.sleep(SHORT_SECONDS)
+        program.send_signal(signal.SIGINT)
+        _, complaints = program.communicate(timeout=PATIENCE_SECONDS)
+
+    assert line.startswith(b"watching watched")
+    assert (program.returncode, complaints) == (0, b"")
