@@ -278,9 +278,10 @@ class Queries:
     def _posed(self, shape: model.Shape, places: Any, orientations: Any, bits: int | None) -> dict[str, Any]:
         turns = b""
         if orientations is not None:
-            turns = _arguments.row_column(
-                np.broadcast_to(np.atleast_2d(orientations), (len(places), 4)), 4, "orientations"
-            )
+            each = _arguments.rows(np.atleast_2d(orientations), 4, "orientations")
+            if len(each) not in (1, len(places)):
+                raise ValueError(f"orientations has {len(each)} rows, not 1 or {len(places)}, as many as positions")
+            turns = np.broadcast_to(each, (len(places), 4)).tobytes()
         return {
             "world": self._name,
             "shape": _encode.shape(shape),

@@ -240,6 +240,12 @@ def test_an_empty_list_has_no_rows_and_one_vector_is_one():
 
 
 WRONG_VALUES = {
+    "orientations has shape (1, 3), not (n, 4)": lambda world: world.find_overlaps(
+        genphys.Sphere(), (0, 0, 1), orientations=(1, 0, 0)
+    ),
+    "orientations has 2 rows, not 1 or 3, as many as positions": lambda world: world.find_overlaps(
+        genphys.Sphere(), np.zeros((3, 3)), orientations=np.zeros((2, 4))
+    ),
     "after is -1, not a whole number": lambda world: world.events(after=(3, -1)),
     "steps is -1, not a whole number from 0 to 4294967295": lambda world: world.step(-1),
     "expected_step is -1, not a whole number": lambda world: world.step(expected_step=-1),
