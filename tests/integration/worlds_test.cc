@@ -197,7 +197,11 @@ TEST(ListEngines, NamesEveryEngineInOrderAndGetEngineKnowsEach) {
   }
   v1::GetEngineRequest none;
   none.set_name("engines/none");
-  ExpectRefusal(MustNot(server.engines(), &v1::EngineService::Stub::GetEngine, none), Reason::kInvalidValue, "name");
+  const Status refused = MustNot(server.engines(), &v1::EngineService::Stub::GetEngine, none);
+  ExpectRefusal(refused, Reason::kInvalidValue, "name");
+  for (const v1::Engine& engine : engines.engines()) {
+    EXPECT_NE(refused.message().find(engine.name()), std::string::npos) << refused;
+  }
 }
 
 TEST(ListEngines, PagesThroughAll) {

@@ -87,8 +87,10 @@ def test_an_engine_that_is_not_there_is_refused_with_those_that_are(server):
         with pytest.raises(genphys.InvalidValueError) as caught:
             world.set_engine("physx")
         assert all(name in caught.value.message for name in names)
-        with pytest.raises(genphys.InvalidValueError, match='is "Bullet"'):
+        with pytest.raises(genphys.InvalidValueError, match='there is no engine "Bullet"; there are: .*bullet.*, or none'):
             world.set_engine("Bullet")
+    with pytest.raises(genphys.InvalidValueError, match='there is no engine "Bullet"; there are: .*bullet.*, or none'):
+        server.create_world(engine="Bullet")
 
 
 def test_a_world_without_an_engine_takes_none_that_lacks_what_it_requires(server):

@@ -269,7 +269,8 @@ Status CommandValidator::CheckEngine(const std::string& name) const {
     for (const auto& each : world_.registry_.backends()) {
       names += (names.empty() ? "" : ", ") + each->capabilities().engine();
     }
-    return Refuse(Reason::kInvalidValue, "engine", Cat("there is no engine \"", name, "\"; there are: ", names));
+    return Refuse(Reason::kInvalidValue, "engine",
+                  Cat("there is no engine \"", name, "\"; there are: ", names, ", or none"));
   }
   MissingFeatures missing(backend->capabilities());
   for (const Feature feature : settings_.required_features) missing.Need(feature);

@@ -62,7 +62,9 @@ Status EngineService::Get(const v1::GetEngineRequest& request, v1::GetEngineResp
     *response->mutable_engine() = engine;
     return absl::OkStatus();
   }
-  return Refuse(Reason::kInvalidValue, "name", "this server has no engine " + request.name());
+  std::string names;
+  for (const v1::Engine& engine : engines_) names += (names.empty() ? "" : ", ") + engine.name();
+  return Refuse(Reason::kInvalidValue, "name", "there is no " + request.name() + "; there are: " + names);
 }
 
 }  // namespace genphys
