@@ -141,6 +141,27 @@ TEST(ValidateLimits, RefusesACommandThatSaysNothing) {
   EXPECT_EQ(Verdict(request), "MISSING_FIELD commands[0].kind");
 }
 
+TEST(ValidateLimits, ListsTheAlternativesOfWhatIsUnset) {
+  v1::CreateEntityRequest request;
+  request.set_world("worlds/a");
+  request.mutable_entity()->mutable_rigid_body()->add_geometries()->mutable_shape();
+
+  EXPECT_EQ(ValidateLimits(request).message(),
+            "must be one of sphere, box, capsule, cylinder, plane, convex_hull, triangle_mesh, heightfield, cone, "
+            "ellipsoid");
+}
+
+TEST(ValidateLimits, ListsTheValuesThatAnEnumMayHaveHere) {
+  v1::StepRequest request = Request();
+  request.mutable_frame()->set_scalar(v1::SCALAR_FIXED64);
+  EXPECT_EQ(ValidateLimits(request).message(), "must be one of SCALAR_FLOAT64 = 1, SCALAR_FLOAT32 = 2; is 3");
+
+  v1::CreateWorldRequest create;
+  create.mutable_world()->mutable_stepper()->set_quality(static_cast<v1::Stepper::Quality>(7));
+  EXPECT_EQ(ValidateLimits(create).message(),
+            "must be one of QUALITY_FAST = 1, QUALITY_BALANCED = 2, QUALITY_ACCURATE = 3; is 7");
+}
+
 TEST(ValidateLimits, NamesAnUnsetKindOfTheMessageItselfWithoutAPrefix) {
   EXPECT_EQ(Verdict(v1::Command()), "MISSING_FIELD kind");
 }

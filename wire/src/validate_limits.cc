@@ -86,9 +86,13 @@ Status CheckEnum(const FieldRules& rules, const Place& place, int value) {
   // An element of a list was meant to say something; only a field may say that it leaves the choice open.
   const bool says_something = value != 0 || !rules.repeated;
   if (known && says_something && value >= rules.min && value <= rules.max) return {};
-  return RefuseAt(
-      place, Reason::kInvalidValue,
-      absl::StrCat(value, " is no value of ", rules.field->enum_type()->full_name(), " that is meant here"));
+  std::string meant;
+  for (int i = 0; i < rules.field->enum_type()->value_count(); ++i) {
+    const auto& each = *rules.field->enum_type()->value(i);
+    if (each.number() == 0 || each.number() < rules.min || each.number() > rules.max) continue;
+    absl::StrAppend(&meant, meant.empty() ? "" : ", ", each.name(), " = ", each.number());
+  }
+  return RefuseAt(place, Reason::kInvalidValue, absl::StrCat("must be one of ", meant, "; is ", value));
 }
 
 template <typename Scalar>
@@ -314,7 +318,9 @@ Status CheckOneof(const Holder& holder, const RuleGroup& group) {
   const FieldDescriptor* set = holder.reflection.GetOneofFieldDescriptor(holder.message, group.oneof);
   if (set != nullptr) return CheckSingular(holder, group.fields[static_cast<size_t>(set->index_in_oneof())]);
   const std::string path = holder.place == nullptr ? "" : absl::StrCat(PathOf(*holder.place), ".");
-  return Refuse(Reason::kMissingField, path + group.oneof->name(), "one of its alternatives must be set");
+  std::string names;
+  for (const FieldRules& each : group.fields) absl::StrAppend(&names, names.empty() ? "" : ", ", each.field->name());
+  return Refuse(Reason::kMissingField, path + group.oneof->name(), "must be one of " + names);
 }
 
 Status CheckMessage(const Message& message, const MessageRules& rules, const Place* place) {
