@@ -24,13 +24,15 @@ namespace {
 
 constexpr std::chrono::seconds kPatience{60};  // only what hangs meets it
 
-enum class Failure { kNone, kFault, kNoMemory, kHang, kCutShort };
+enum class Failure { kNone, kFault, kNoMemory, kHang, kCutShort, kFaultInBody };
 
-// Moves nothing, and fails in every step when told to.
+// Moves nothing, and fails in every step, or with every body, when told to.
 class FlakyWorld final : public BackendWorld {
  public:
   explicit FlakyWorld(const std::atomic<Failure>& failure) : failure_(failure) {}
-  void AddBody(const BodyDesc&, const StateArrays&) override {}
+  void AddBody(const BodyDesc&, const StateArrays&) override {
+    if (failure_ == Failure::kFaultInBody) throw EngineFault("on purpose");
+  }
   void RemoveBody(EntityRow) override {}
   void SetActive(std::span<const EntityRow>, bool) override {}
   void WriteState(std::span<const EntityRow>, const StateArrays&) override {}
@@ -77,14 +79,15 @@ class Bench {
     AddBall(**host);
     return *host;
   }
-  static void AddBall(WorldHost& host) {
+  static void AddBall(WorldHost& host) { EXPECT_TRUE(TryToAddBall(host).ok()); }
+  static Status TryToAddBall(WorldHost& host) {
     v1::CreateEntityRequest request;
     request.set_world("worlds/any");
     v1::RigidBody& body = *request.mutable_entity()->mutable_rigid_body();
     body.add_geometries()->mutable_shape()->mutable_sphere()->set_radius(1);
     // Who flies freely is no business of the engine.
     body.set_linear_speed_max(1e3);
-    EXPECT_TRUE(Ask(host, WorldMethod::kCreateEntity, request).ok());
+    return Ask(host, WorldMethod::kCreateEntity, request).status();
   }
   static std::future<Result<EncodedMessage>> Send(WorldHost& host, WorldCall call) {
     auto promise = std::make_shared<std::promise<Result<EncodedMessage>>>();
@@ -266,6 +269,28 @@ TEST(InProcessHost, ResetsToWhatIsThereWhileNoStepWasDone) {
     EXPECT_EQ(after.last_sequence(), before.last_sequence()) << "after " << steps << " steps";
     EXPECT_EQ(after.stamp().step(), 0u);
   }
+}
+
+// There is no beginning yet to which its engine would be made anew.
+TEST(InProcessHost, HasAnEngineAgainAfterAResetFromAFailureBeforeTheFirstStep) {
+  Bench bench;
+  const auto host = bench.MakeWorldWithBall("worlds/a");
+  v1::ResetWorldRequest reset;
+  reset.set_name("worlds/a");
+  bench.failure = Failure::kFaultInBody;
+
+  EXPECT_EQ(RefusalOf(Bench::TryToAddBall(*host)).value_or(Refusal{}).reason, Reason::kDiverged);
+  EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_FAULTED);
+  const Status still_failing = Bench::Ask(*host, WorldMethod::kResetWorld, reset).status();
+  EXPECT_EQ(RefusalOf(still_failing).value_or(Refusal{}).reason, Reason::kDiverged);
+  EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_FAULTED) << "nothing could move it";
+
+  bench.failure = Failure::kNone;
+  EXPECT_TRUE(Bench::Ask(*host, WorldMethod::kResetWorld, reset).ok());
+  EXPECT_EQ(Bench::StateOf(*host), v1::World::STATE_PAUSED);
+  EXPECT_TRUE(Bench::Step(*host).ok());
+  bench.failure = Failure::kFault;
+  EXPECT_FALSE(Bench::Step(*host).ok()) << "no engine was asked";
 }
 
 // What comes along with a first step is of the episode, not of the beginning, unless no step comes of it.

@@ -59,7 +59,7 @@ class World {
   /// Step(), `count` times, at the cost of counting them. Only for a world at rest that has stepped before.
   void StepAtRest(uint64_t count);
 
-  /// Back to step 0, with all that was there at the beginning as it was then, but for forces.
+  /// Back to step 0, with all that was there at the beginning as it was, but for forces. Faulted if its engine fails.
   void Reset();
   /// Makes the present the beginning, unless there is one. So does the first step, which lets go of it if it is undone.
   void MarkBeginning();

@@ -140,15 +140,17 @@ Status World::Diverged(std::string_view why) {
 }
 
 void World::Reset() {
-  faulted_ = false;
   ++changes_;
   events_.clear();
   stats_ = {};
   aftermath_ = {};
-  if (initial_ == nullptr) return;
-  scene_ = initial_->scene;
-  state_ = initial_->state;
-  layer_ = initial_->layer;
+  // Before the first step there is nothing to go back to, but an engine that commands ended is made anew.
+  if (initial_ == nullptr && !faulted_) return;
+  if (initial_ != nullptr) {
+    scene_ = initial_->scene;
+    state_ = initial_->state;
+    layer_ = initial_->layer;
+  }
   // Who does the same again tells them again.
   layer_.forces.clear();
   initial_.reset();
@@ -176,7 +178,13 @@ void World::Reset() {
     const auto& [a, b] = std::pair(joint->desc.entity_a, joint->desc.entity_b);
     if (!joint->desc.collide_connected && !a.is_world() && !b.is_world()) rule_.Disregard(a.id, b.id);
   }
-  RebuildEngine();
+  faulted_ = false;
+  try {
+    RebuildEngine();
+  } catch (const EngineFault& fault) {
+    // What ended the last one ends this one, too: the world stays faulted.
+    Diverged(fault.what()).IgnoreError();
+  }
 }
 
 void World::RebuildEngine(bool recalls) {
