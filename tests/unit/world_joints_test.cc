@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "genphys/limits.h"
 #include "support/joints.h"
@@ -189,6 +190,33 @@ TEST(Joints, AreMadeWhereTheEntitiesAreUnlessToldOtherwise) {
   EXPECT_EQ(frames(joint), std::pair(Vector3(1, 0, 0), Vector3(0, 0, 0)));
   const JointDesc& rod = scene.world->scene().joints.back()->desc;
   EXPECT_EQ(std::get<DistanceJoint>(rod.kind).axis.limits, (AxisLimits{1, 1})) << "it keeps the distance that there is";
+}
+
+// What a hinge about z that was spun by three turns and a bit is told to be at once somebody is put elsewhere.
+double AngleAfter(const SetPose& pose, const AxisLimits& limits = {}) {
+  const auto world = MakeSpace("ode", {}, Vector3::Zero());
+  EntityDesc desc = Crate(Vector3::Zero());
+  desc.rigid_body->angular_velocity = {0, 0, 20};
+  const EntityId crate = Add(*world, desc);
+  const JointId hinge = Join(*world, ToWorld(crate, HingeJoint{}));
+  Steps(*world, 60);
+  EXPECT_NEAR(StateOf(*world, hinge).positions[5], 20, 1e-6);
+  Do(*world,
+     UpdateJoint{hinge, ToWorld(crate, HingeJoint{{.limits = limits}}), {static_cast<uint32_t>(JointField::kKind)}});
+  SetPose put = pose;
+  put.id = crate;
+  Do(*world, put);
+  return StateOf(*world, hinge).positions[5];
+}
+
+TEST(Joints, CountTheirTurnsAnewWhereSomebodyIsPutElsewhere) {
+  constexpr double kRounding = 1e-12;
+  const auto turned = [](double angle) { return Quaternion(Eigen::AngleAxisd(angle, Vector3::UnitZ())); };
+  EXPECT_NEAR(AngleAfter({.position = Vector3::Zero(), .orientation = turned(0)}), 0, kRounding);
+  EXPECT_NEAR(AngleAfter({.orientation = turned(3)}), 3, kRounding);
+  EXPECT_NEAR(AngleAfter({.orientation = turned(4)}), 4 - 2 * std::numbers::pi, kRounding);
+  EXPECT_NEAR(AngleAfter({.orientation = turned(4)}, {0, 4.5}), 4, kRounding) << "nothing else is within its limits";
+  EXPECT_NEAR(AngleAfter({.position = Vector3::Zero()}), 20, 1e-6) << "it was not turned";
 }
 
 }  // namespace

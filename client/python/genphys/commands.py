@@ -410,6 +410,8 @@ class Commands:
     ) -> None:
         """Puts an entity somewhere else, or leads a kinematic one there; None leaves one as it is.
 
+        Joints of who is turned otherwise at once count their turns anew, from -pi to pi or near the middle of limits.
+
         Args:
             entity: Whom.
             position: Metres.

@@ -51,6 +51,23 @@ bool IsSame(const Quaternion& unit, const Quaternion& any) {
   return (any.normalized().coeffs() - unit.coeffs()).cwiseAbs().maxCoeff() <= kRounding;
 }
 
+// Who puts somebody elsewhere says how it is turned, and not how often: of all turns that a pose may mean, the joint is
+// at the one in the middle of its limits.
+void ForgetTurns(const JointKind& kind, JointState& state) {
+  if (std::holds_alternative<GearJoint>(kind)) return;  // what it slipped, no pose says
+  constexpr uint8_t kFirstAngle = 3;
+  std::fill(state.positions.begin() + kFirstAngle, state.positions.end(), 0);
+  JointKind copy = kind;
+  const std::vector<JointAxis*> axes = AxesOf(copy);
+  const std::vector<uint8_t> places = PlacesOf(kind);
+  for (size_t i = 0; i < axes.size(); ++i) {
+    const AxisLimits& limits = axes[i]->limits;
+    if (places[i] >= kFirstAngle && limits.lower && limits.upper) {
+      state.positions[places[i]] = (*limits.lower + *limits.upper) / 2;
+    }
+  }
+}
+
 // After velocity and momentum were changed by that much. What joints hold keeps its leapfrog: what they owe is known
 // better to it than to the columns, and who is pushed at every step would get energy out of that. What is free or
 // touches something starts anew, for how it is held may be another matter from now on.
@@ -433,6 +450,8 @@ void World::SetPoseNow(const SetPose& command) {
   if (command.position) state_.positions.col(slot) = *command.position;
   if (command.orientation && !IsSame(before.orientation, *command.orientation)) {
     state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
+    for (const uint32_t joint : joint_index_.Of(row))
+      ForgetTurns(scene_.joints[joint]->desc.kind, layer_.joints[joint]);
   }
   WakeNeighboursOf(row);
   const EntityDesc& desc = *scene_.entities[slot]->desc;
