@@ -124,5 +124,42 @@ TEST_P(ImpactsOfTumbling, GiveNoEnergyToWhatTurnsByHundredsOfRadiansInAStep) {
   EXPECT_GT(hits, 20);
 }
 
+// How deep the lowest corner of a box is in the floor, m.
+double SunkBy(const World& world, EntityId id, const Vector3& half) {
+  const Pose pose = world.state().pose(EntityRow{id.index()});
+  return half.dot((pose.orientation.toRotationMatrix().transpose() * Vector3::UnitZ()).cwiseAbs()) - pose.position.z();
+}
+
+// The deepest that any of many boxes gets that come down askew, roll over each other and come to rest, m.
+double DeepestOfThrown(const std::string& engine, uint32_t seed) {
+  constexpr int kRow = 10, kFallSteps = 240;
+  constexpr double kSpacing = 3;
+  Random random(seed);
+  const auto world = testing::MakeWorld(engine);
+  std::vector<std::pair<EntityId, Vector3>> boxes;
+  for (int i = 0; i < kRow * kRow; ++i) {
+    const Vector3 half(random.Uniform(0.05, 0.4), random.Uniform(0.05, 0.4), random.Uniform(0.05, 0.4));
+    const Vector3 place(kSpacing * (i % kRow), kSpacing * (i / kRow), random.Uniform(2, 4));
+    EntityDesc box = Body(Box{half}, place, 4000 * half.prod());
+    box.pose.orientation = random.Turn();
+    box.rigid_body->linear_velocity = random.Uniform(2, 4) * random.Direction();
+    box.rigid_body->angular_velocity = random.Uniform(4, 10) * random.Direction();
+    box.rigid_body->geometries[0].material = {.friction = 0.5, .restitution = 0};
+    boxes.emplace_back(Add(*world, box), half);
+  }
+  double deepest = 0;
+  for (int step = 0; step < kFallSteps; ++step) {
+    Steps(*world, 1);
+    for (const auto& [id, half] : boxes) deepest = std::max(deepest, SunkBy(*world, id, half));
+  }
+  return deepest;
+}
+
+TEST_P(ImpactsOfTumbling, LetNobodySinkIntoTheFloor) {
+  for (const uint32_t seed : {3, 4, 7, 25}) {
+    EXPECT_LE(DeepestOfThrown(GetParam(), seed), 4e-3) << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace genphys::testing

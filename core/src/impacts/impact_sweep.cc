@@ -38,6 +38,8 @@ double Bend(double arm, double angle) { return arm * angle * angle / 8; }
 // Of the way that is seen: so deep what is in touch already may roll into the other one, and so much deeper than it is.
 constexpr double kRolledIn = 0.25;
 constexpr double kRolledOn = 0.05;
+// Of a substep: nearer to when they were hit last what comes to the surface of the other one is the place of that.
+constexpr double kLeastTime = 1.0 / 16;
 // So many near pairs are looked through in the time of one search.
 constexpr size_t kPairsPerSearch = 32;
 
@@ -437,8 +439,14 @@ class Sweeper {
     const TurningGeometry mine{own, *sweep.geometry, sweep.reach};
     const TurningGeometry theirs{others, there, IsConvex(there.shape) ? ReachOf(target, there) : 0};
     const auto meets = [&](double depth) -> std::optional<Hit> {
-      const std::optional<TurnedMeeting> meeting = FindTurnedMeeting(mine, theirs, encounter.time, unseen, depth);
+      std::optional<TurnedMeeting> meeting = FindTurnedMeeting(mine, theirs, encounter.time, unseen, depth);
       if (!meeting) return std::nullopt;
+      // Another corner than the one that is in touch came down before it was so deep.
+      if (depth > 0) {
+        const double surfaced = SurfacedBefore(mine, theirs, *meeting, depth, encounter.time);
+        const double latest = encounter.time < step_size_ ? encounter.time - kLeastTime * step_size_ : encounter.time;
+        if (surfaced <= latest) meeting->time = surfaced;
+      }
       const Vector3 approach = own.BodyBefore(meeting->time).VelocityAt(meeting->position) -
                                others.BodyBefore(meeting->time).VelocityAt(meeting->position);
       return Hit{meeting->time, -approach.dot(meeting->normal), meeting->normal, depth > 0};

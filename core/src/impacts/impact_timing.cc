@@ -37,6 +37,8 @@ constexpr double kCreeping = 1e-4;
 constexpr double kBeside = 4;
 // Substeps in which what comes down at the other end goes up again, at least.
 constexpr double kTippingSteps = 1;
+// Of the reach of what comes down: so far it may come in a substep and be left to the next solve.
+constexpr double kDeepPart = 0.005;
 // What comes to an edge goes so many times as fast along the ground as it comes nearer.
 constexpr double kAlong = 4;
 
@@ -137,6 +139,18 @@ bool Impacts::IsNewAmongHeld(const ContactPair& pair) const {
   return pair.material.restitution > 0 && !past_.WerePressed(entities);
 }
 
+// Whether what closes so fast, m/s, comes deep into the other one in a substep.
+bool Impacts::ComesDeep(const ContactPair& pair, double closing) const {
+  return closing * step_size_ > kDeepPart * ReachOf(pair);
+}
+
+bool Impacts::SlamsOnto(const ContactPair& pair, double closing) const {
+  if (!rewinds_ || (past_.IsMovable(pair.entity_a) && past_.IsMovable(pair.entity_b))) return false;
+  if (world_.jointed[pair.entity_a] || world_.jointed[pair.entity_b]) return false;
+  const EntityPair entities{world_.state.ids[Index(pair.entity_a)], world_.state.ids[Index(pair.entity_b)]};
+  return ComesDeep(pair, closing) && !past_.WerePressed(entities);
+}
+
 bool Impacts::TipsOnto(const ContactPair& pair, const ContactPoint& point) const {
   const double closing = -point.relative_velocity.dot(point.normal);
   if (!(rewinds_ && closing > ImpactSpeed::kMin)) return false;
@@ -146,7 +160,8 @@ bool Impacts::TipsOnto(const ContactPair& pair, const ContactPoint& point) const
   if (world_.jointed[pair.entity_a] || world_.jointed[pair.entity_b]) return false;
   if (!IsBesideHeld(pair, point.position, point.relative_velocity)) return false;
   if (pair.material.restitution > 0 && closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal)) return true;
-  return past_.PressesNobody(MovableOf(pair)) && closing > TippingSpeed(pair, point);
+  const bool is_alone = past_.PressesNobody(MovableOf(pair)) || ComesDeep(pair, closing);
+  return is_alone && closing > TippingSpeed(pair, point);
 }
 
 // Whether the two are pressed against each other, but not near there.

@@ -16,6 +16,8 @@ constexpr int kEarlyLooks = 16;
 constexpr double kTooMany = 16 * kLooksMax;
 // Of the time between two looks: so near is the time at which they meet.
 constexpr double kNarrow = 1.0 / 64;
+// Halvings of the time in which a point came to the surface.
+constexpr int kSurfaceLooks = 12;
 // Speeds change on the way.
 constexpr double kFaster = 1.2;
 
@@ -117,6 +119,25 @@ std::optional<TurnedMeeting> FindTurnedMeeting(const TurningGeometry& a, const T
     if (IsInVain(look + 1, (time - now) / time)) return std::nullopt;
   }
   return std::nullopt;
+}
+
+double SurfacedBefore(const TurningGeometry& a, const TurningGeometry& b, const TurnedMeeting& meeting, double depth,
+                      double time) {
+  const Placement place_a = ToPlacement(a.motion.PoseBefore(meeting.time));
+  const Placement place_b = ToPlacement(b.motion.PoseBefore(meeting.time));
+  const Vector3 on_a = place_a.ToLocal(meeting.position - depth * meeting.normal);
+  const Vector3 on_b = place_b.ToLocal(meeting.position), normal = place_b.rotation.transpose() * meeting.normal;
+  const auto height = [&](double before) {
+    const Pose there = b.motion.PoseBefore(before);
+    return (a.motion.PoseBefore(before).Transform(on_a) - there.Transform(on_b)).dot(there.orientation * normal);
+  };
+  double below = meeting.time, above = time;
+  if (!(height(above) > 0)) return meeting.time;
+  for (int look = 0; look < kSurfaceLooks; ++look) {
+    const double middle = (below + above) / 2;
+    (height(middle) > 0 ? above : below) = middle;
+  }
+  return above;
 }
 
 double DepthBefore(const TurningGeometry& a, const TurningGeometry& b, double time) {

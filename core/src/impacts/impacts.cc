@@ -20,6 +20,8 @@ constexpr double kFreshDepth = 1.5;
 // Where most pairs meet: memory for so many is asked for at once.
 constexpr size_t kMostPoints = 4;
 
+double ClosingOf(const ContactPoint& point) { return -point.relative_velocity.dot(point.normal); }
+
 // The Coulomb coefficient where surfaces slip at `speed`, m/s: at rest or while sliding.
 double FrictionAt(const MixedMaterial& material, double speed) {
   return speed > kSlidingSpeed ? material.kinetic_friction : material.friction;
@@ -117,16 +119,17 @@ void Impacts::Find(const ContactBuffer& contacts, const RowMarks* changed, std::
                                  .geometry_a = pair.geometry_a,
                                  .geometry_b = pair.geometry_b,
                                  .material = world_.rule.Mixed(pair.geometry_a, pair.geometry_b)};
-    const Candidate candidate{.pair = as_contact,
-                              .time = pair.time,
-                              .closing = pair.closing,
-                              .is_swept = true,
-                              .is_deep = pair.is_deep,
-                              .is_held = IsHeldThrough(as_contact)};
+    Candidate candidate{.pair = as_contact,
+                        .time = pair.time,
+                        .closing = pair.closing,
+                        .is_swept = true,
+                        .is_deep = pair.is_deep,
+                        .is_held = IsHeldThrough(as_contact)};
     // Who looked along a way knows when it met something, and points at its end do not.
     if (known == nullptr) {
       candidates_.push_back(candidate);
     } else {
+      if (ComesDeep(known->pair, known->closing)) candidate.by_depth = known->time;
       *known = candidate;
     }
   }
@@ -139,14 +142,15 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   // What rests or jostles closes with nothing so fast, and that is most of a pile.
   const std::span<const ContactPoint> points = PointsOf(contacts, pair);
   const auto closes = [&](const ContactPoint& point) {
-    const double closing = -point.relative_velocity.dot(point.normal);
+    const double closing = ClosingOf(point);
     return point.depth >= kDepthMin && closing > ImpactSpeed::kMin &&
            closing > speed_.Of(pair.entity_a, pair.entity_b, point.normal);
   };
   const auto tips = [&](const ContactPoint& point) { return point.depth >= kDepthMin && TipsOnto(pair, point); };
   const bool is_free = speed_.IsFree(pair), is_beside = !is_free && std::ranges::any_of(points, tips);
   if (!is_beside && std::ranges::none_of(points, closes)) return std::nullopt;
-  const bool is_held = is_beside || (!is_free && IsNewAmongHeld(pair));
+  const auto slams = [&](const ContactPoint& point) { return closes(point) && SlamsOnto(pair, ClosingOf(point)); };
+  const bool is_held = is_beside || (!is_free && (IsNewAmongHeld(pair) || std::ranges::any_of(points, slams)));
   if (!is_free && !is_held && pair.material.restitution == 0) return std::nullopt;
   const double since = past_.FreeSince(pair);
   const bool goes_back = rewinds_ && (is_free || is_held);
@@ -154,7 +158,7 @@ std::optional<Impacts::Candidate> Impacts::Judge(const ContactBuffer& contacts, 
   std::optional<bool> were_apart;  // as far as somebody looked
   for (const ContactPoint& point : points) {
     if (!(closes(point) || (is_beside && tips(point))) || OnlySlidesOnto(pair, point)) continue;
-    const double closing = -point.relative_velocity.dot(point.normal);
+    const double closing = ClosingOf(point);
     bool is_fresh = goes_back && point.depth > 0;
     if (is_fresh && point.depth > kFreshDepth * closing * since) {
       if (!were_apart) were_apart = WereApart(pair, since, point.relative_velocity.norm());
@@ -187,6 +191,11 @@ void Impacts::Time() {
     candidate.is_timed = candidate.is_swept || !IsCrowded(candidate.pair);
     if (candidate.is_timed) Refine(candidate);
     candidate.is_level = candidate.is_timed && candidate.is_swept && OnlyPassesOver(candidate);
+    if (!candidate.is_level || candidate.by_depth == 0) continue;
+    // Another corner than the one that passes over comes down after that.
+    candidate.is_level = candidate.is_swept = false;
+    candidate.time = candidate.by_depth;
+    Refine(candidate);
   }
   std::erase_if(candidates_, [](const Candidate& candidate) { return candidate.is_level; });
   places_.Forget();

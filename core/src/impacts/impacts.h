@@ -67,6 +67,9 @@ class Impacts {
   /// Whether one of the two slides or rolls into the other: an engine would stop it a substep too late or too early,
   /// and in its own way. What only touches something that throws it back is not held by that either.
   bool IsNewAmongHeld(const ContactPair& pair) const;
+  /// Whether what touches something that nothing moves, and is not pressed against it, comes down on it so fast (m/s)
+  /// that it would be deep in it before a solve stops it.
+  bool SlamsOnto(const ContactPair& pair, double closing) const;
   /// Whether two that press against each other, one of which nothing moves, collide at a point far from there: with the
   /// end of what tips about the other one. What rolls meets at points as near to the last one as it goes in a substep.
   bool TipsOnto(const ContactPair& pair, const ContactPoint& point) const;
@@ -85,6 +88,7 @@ class Impacts {
     bool is_held = false;     // both are, or cannot be moved
     bool is_beside = false;   // one tips onto the other about where it is pressed against that
     bool is_timed = false;    // it is known when
+    double by_depth = 0;      // s before the end, as its points there tell if they are deep, when it is swept
     double gap = 0;           // m, between them when they are hit
     double nearest = 0;       // m, between one of them and whoever hits it then
     bool is_apart = false;    // more than that
@@ -166,6 +170,7 @@ class Impacts {
   bool IsBesideHeld(const ContactPair& pair, const Vector3& position, const Vector3& velocity) const;
   double TippingSpeed(const ContactPair& pair, const ContactPoint& point) const;
   bool WereApart(const ContactPair& pair, double time, double speed) const;
+  bool ComesDeep(const ContactPair& pair, double closing) const;
   bool Overlaps(const ContactBuffer& contacts, const ContactPair& pair) const;
   bool GoesBack(EntityRow row, const Candidate& candidate) const;
   bool AnyGoesBack(const Candidate& candidate) const;

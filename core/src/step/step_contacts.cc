@@ -146,7 +146,8 @@ void StepRun::PrepareContacts(double h) {
       const double speed = impact_speed.Of(pair.entity_a, pair.entity_b, point.normal);
       point.is_ahead = is_solved_apart && is_apart && (point.depth < -kReleaseGap || std::abs(closing) > speed);
       // Impacts stop it where it comes to lie.
-      point.is_ahead = point.is_ahead || (is_met_anew && point.depth < 0 && closing > speed);
+      const bool is_stopped = is_met_anew || (!is_solved_apart && impacts.SlamsOnto(pair, closing));
+      point.is_ahead = point.is_ahead || (is_stopped && point.depth < 0 && closing > speed);
       point.is_ahead = point.is_ahead || (point.depth < 0 && impacts.TipsOnto(pair, point));
       point.is_ahead = point.is_ahead || impacts.OnlySlidesOnto(pair, point);
     }
