@@ -115,9 +115,11 @@ def explained(options: Any) -> Callable[[AnyCallable], AnyCallable]:
     """Lets `help` of a method tell its keywords, of which Python knows no more than that there are some."""
     lines: list[str] = []
     for part in _PARTS[options]:
-        lines += inspect.cleandoc(part.__doc__).partition("Attributes:\n")[2].splitlines()
+        lines += inspect.cleandoc(part.__doc__ or "").partition("Attributes:\n")[2].splitlines()
 
     def explain(method: AnyCallable) -> AnyCallable:
+        if not lines:  # without docstrings (-OO) there is nothing to tell
+            return method
         method.__doc__ = "\n".join([inspect.cleandoc(method.__doc__ or ""), "", "Keywords:", *lines])
         return method
 

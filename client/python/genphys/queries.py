@@ -278,7 +278,7 @@ class Queries:
     def _posed(self, shape: model.Shape, places: Any, orientations: Any, bits: int | None) -> dict[str, Any]:
         turns = b""
         if orientations is not None:
-            each = _arguments.rows(np.atleast_2d(orientations), 4, "orientations")
+            each = _arguments.rows(_many(orientations, 4), 4, "orientations")
             if len(each) not in (1, len(places)):
                 raise ValueError(f"orientations has {len(each)} rows, not 1 or {len(places)}, as many as positions")
             turns = np.broadcast_to(each, (len(places), 4)).tobytes()
@@ -295,10 +295,10 @@ def _vectors(column: bytes) -> NDArray[np.float64]:
     return np.frombuffer(column, "<f8").reshape(-1, 3)
 
 
-def _many(values: Any) -> NDArray[Any]:
+def _many(values: Any, width: int = 3) -> NDArray[Any]:
     """Returns rows: one vector stands for one row, and an empty list for none."""
     array = np.atleast_2d(values)
-    return array.reshape(0, 3) if array.shape == (1, 0) else array
+    return array.reshape(0, width) if array.shape == (1, 0) else array
 
 
 def _each_with_each(**rows: Any) -> list[NDArray[Any]]:

@@ -18,7 +18,7 @@ from ._contract import make, wire
 from .batch import Batch
 from .commands import Commands
 from .drive import Drive
-from .errors import EventsLeftOutWarning, GenphysError, WorldNotFoundError, created_ids
+from .errors import DivergedError, EventsLeftOutWarning, GenphysError, WorldNotFoundError, created_ids
 from .events import EntityCreated, EntityUpdated, Event, Gap, decode
 from .fields import ForceField, ForceFieldInfo
 from .fields import decode as decode_field
@@ -303,7 +303,12 @@ class World(Closing, Commands, Queries):
         a reset, names that then.
         """
         request = wire.ResetWorldRequest(name=self._name)
-        stamp = stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
+        try:
+            stamp = stamp_of(self._connection.call("ResetWorld", request, timeout).stamp)
+        except DivergedError:
+            # It was reset all the same, and is without an engine: no handle of before fits it.
+            self._pending = Batch(self._name)
+            raise
         self._pending = Batch(self._name)
         return stamp
 

@@ -236,6 +236,7 @@ def test_what_an_update_takes_away_is_named_as_what_it_gives(world, fake):
 
 def test_an_empty_list_has_no_rows_and_one_vector_is_one():
     assert _many([]).shape == _many(np.zeros((0, 3))).shape == (0, 3)
+    assert _many([], 4).shape == (0, 4)
     assert _many([1, 2]).shape == (1, 2)
 
 

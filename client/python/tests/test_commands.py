@@ -1,6 +1,8 @@
 """The verbs become the messages of the contract, and a batch goes with the next step."""
 
 import re
+import subprocess
+import sys
 
 import grpc
 import numpy as np
@@ -213,6 +215,10 @@ def test_a_world_leaves_to_the_server_what_is_not_said(fake):
 
 
 SHAPES = [name for name in dir(Commands) if name.startswith("add_") and name not in ("add_entity", "add_field")]
+
+
+def test_it_can_be_had_without_docstrings():
+    subprocess.run([sys.executable, "-OO", "-c", "import genphys"], check=True)
 
 
 @pytest.mark.parametrize("verb", SHAPES)
