@@ -216,6 +216,7 @@ TEST(Joints, CountTheirTurnsAnewWhereSomebodyIsPutElsewhere) {
   EXPECT_NEAR(AngleAfter({.orientation = turned(3)}), 3, kRounding);
   EXPECT_NEAR(AngleAfter({.orientation = turned(4)}), 4 - 2 * std::numbers::pi, kRounding);
   EXPECT_NEAR(AngleAfter({.orientation = turned(4)}, {0, 4.5}), 4, kRounding) << "nothing else is within its limits";
+  EXPECT_NEAR(AngleAfter({.orientation = turned(12)}, {10, std::nullopt}), 12, kRounding) << "with one limit";
   EXPECT_NEAR(AngleAfter({.position = Vector3::Zero()}), 20, 1e-6) << "it was not turned";
 }
 

@@ -1,6 +1,7 @@
 // How commands change a world. All were validated as one batch before the first is applied, so nothing here can fail.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "commands/command_validator.h"
@@ -52,19 +53,19 @@ bool IsSame(const Quaternion& unit, const Quaternion& any) {
 }
 
 // Who puts somebody elsewhere says how it is turned, and not how often: of all turns that a pose may mean, the joint is
-// at the one in the middle of its limits.
-void ForgetTurns(const JointKind& kind, JointState& state) {
+// at the one in the middle of its limits, or next to the only one.
+void ForgetTurns(JointKind kind, JointState& state) {
   if (std::holds_alternative<GearJoint>(kind)) return;  // what it slipped, no pose says
   constexpr uint8_t kFirstAngle = 3;
+  const auto axes = AxesOf(kind);
+  const auto places = PlacesOf(kind);
   std::fill(state.positions.begin() + kFirstAngle, state.positions.end(), 0);
-  JointKind copy = kind;
-  const std::vector<JointAxis*> axes = AxesOf(copy);
-  const std::vector<uint8_t> places = PlacesOf(kind);
   for (size_t i = 0; i < axes.size(); ++i) {
-    const AxisLimits& limits = axes[i]->limits;
-    if (places[i] >= kFirstAngle && limits.lower && limits.upper) {
-      state.positions[places[i]] = (*limits.lower + *limits.upper) / 2;
-    }
+    if (places[i] < kFirstAngle) continue;
+    const double lower = axes[i]->limits.lower.value_or(-HUGE_VAL);
+    const double upper = axes[i]->limits.upper.value_or(HUGE_VAL);
+    const double middle = (lower + upper) / 2, half = std::numbers::pi;
+    state.positions[places[i]] = std::isfinite(middle) ? middle : std::clamp(0.0, lower + half, upper - half);
   }
 }
 
@@ -450,8 +451,7 @@ void World::SetPoseNow(const SetPose& command) {
   if (command.position) state_.positions.col(slot) = *command.position;
   if (command.orientation && !IsSame(before.orientation, *command.orientation)) {
     state_.orientations.col(slot) = ToColumn(command.orientation->normalized());
-    for (const uint32_t joint : joint_index_.Of(row))
-      ForgetTurns(scene_.joints[joint]->desc.kind, layer_.joints[joint]);
+    for (const uint32_t i : joint_index_.Of(row)) ForgetTurns(scene_.joints[i]->desc.kind, layer_.joints[i]);
   }
   WakeNeighboursOf(row);
   const EntityDesc& desc = *scene_.entities[slot]->desc;

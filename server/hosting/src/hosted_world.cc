@@ -316,8 +316,8 @@ Result<v1::ResetWorldResponse> HostedWorld::ResetWorld(const v1::ResetWorldReque
   UpdateSummary();
   events_->Restart(stamp());
   if (frames_->HasViewers()) frames_->Publish(*world_, stamp(), keyframes_);
-  if (world_->faulted()) {
-    return Refuse(Reason::kDiverged, "", "the engine failed again as it was made anew: the world stays faulted");
+  if (faulted()) {
+    return Refuse(Reason::kDiverged, "", "it failed again, or had no beginning to go back to: the world stays faulted");
   }
   v1::ResetWorldResponse response;
   stamp().Encode(response.mutable_stamp());
