@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import reprlib
 import typing
@@ -358,21 +359,8 @@ _BODY_PATHS = {
 }
 
 
-GEOMETRY_KEYWORDS = (
-    "friction",
-    "kinetic_friction",
-    "restitution",
-    "density",
-    "friction_mixing",
-    "restitution_mixing",
-    "rolling_friction",
-    "spinning_friction",
-    "sensor",
-    "collision_space",
-    "category_bits",
-    "collides_with_bits",
-    "surface_velocity",
-)
+_NO_KEYWORDS = {"shape", "position", "orientation", "id"}  # of a geometry that is all there is of an entity
+GEOMETRY_KEYWORDS = tuple(each.name for each in dataclasses.fields(model.Geometry) if each.name not in _NO_KEYWORDS)
 BODY_KEYWORDS = tuple(_BODY_PATHS)
 ENTITY_KEYWORDS = frozenset(entity.__kwdefaults__ or ())
 

@@ -2,278 +2,24 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
-from . import _arguments, _encode, fields, joints, model
+from . import _arguments, _encode, fields
 from ._contract import make, wire
-from .joints import Joint
+from ._entity_verbs import EntityVerbs
+from ._joint_verbs import JointVerbs
+from ._verbs import has_rows
 from .model import Entity, Quaternion, Vector
-from .options import EntityOptions, ShapeOptions, explained
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-_OF_WHAT_MOVES = (
-    "mass",
-    "density",
-    "center_of_mass",
-    "inertia_tensor",
-    "linear_damping",
-    "angular_damping",
-    "gravity_scale",
-    "linear_speed_max",
-    "angular_speed_max",
-    "locked_axes",
-    "auto_disable",
-)
-_SHAPE_KEYWORDS = (_encode.ENTITY_KEYWORDS - {"geometries", "physics"}) | set(_encode.GEOMETRY_KEYWORDS)
 
 
-class Commands:
+class Commands(EntityVerbs, JointVerbs):
     """The verbs. Everything is in SI units and, unless said otherwise, in world coordinates.
 
     All raise a subclass of `GenphysError` when the server refuses, and ValueError or TypeError for arguments that
     have no meaning at all, like a position of two numbers. In a batch the server refuses when the batch is taken
     along, with the place of the command in `argument`.
     """
-
-    _home: str
-    """The name of the world that handles must be of."""
-
-    def _create(self, entity: Any, verb: str = "") -> Entity:
-        """Makes it; `verb` is what makes an entity of one shape, which errors then call as its arguments do."""
-        raise NotImplementedError
-
-    def _create_field(self, command: Any) -> fields.ForceField:
-        raise NotImplementedError
-
-    def _made_by(self, entity: Any) -> int | None:
-        """Returns the place in the batch of the command that makes an entity which is not there yet."""
-        return None
-
-    def _submit(self, *commands: Any) -> None:
-        """Does them, in this order, or none of them."""
-        raise NotImplementedError
-
-    def _join(self, joint: Any) -> Joint:
-        raise NotImplementedError
-
-    def _side(self, entity: Entity | int | None) -> Any:
-        return None if entity is None else wire.EntityRef(id=_encode.entity_id(entity, self._home))
-
-    def join(
-        self,
-        entity_a: Entity | int | None,
-        entity_b: Entity | int | None,
-        kind: joints.Kind,
-        *,
-        frame_in_a: Any = None,
-        frame_in_b: Any = None,
-        collide_connected: bool = False,
-        break_force: float | None = None,
-        break_torque: float | None = None,
-    ) -> Joint:
-        """Joins two entities, or one to the world.
-
-        Args:
-            entity_a: One side; None is the world.
-            entity_b: The other side; None is the world.
-            kind: As in `genphys.joints.Hinge(upper=1.0)`.
-            frame_in_a: The joint frame in a: a position in metres, or (position, orientation). None is where the
-                frame in b is now; of a distance and a gear the frame of the entity.
-            frame_in_b: The same in b; when both are None it is the frame of the entity.
-            collide_connected: Whether both may touch each other.
-            break_force: N that it holds at most; None is any.
-            break_torque: N*m about the origin of frame b that it holds at most; None is any.
-        """
-        joint = make.Joint(
-            entity_a=self._side(entity_a),
-            entity_b=self._side(entity_b),
-            frame_in_a=_encode.frame(frame_in_a, "frame_in_a"),
-            frame_in_b=_encode.frame(frame_in_b, "frame_in_b"),
-            collide_connected=collide_connected,
-            break_force=break_force,
-            break_torque=break_torque,
-            **joints.encode(kind),
-        )
-        return self._join(joint)
-
-    def change_joint(
-        self,
-        joint: Joint | int,
-        kind: joints.Kind | None = None,
-        *,
-        frame_in_a: Any = None,
-        frame_in_b: Any = None,
-        collide_connected: bool | None = None,
-        break_force: float | None = None,
-        break_torque: float | None = None,
-    ) -> None:
-        """Changes a joint that holds; what is None stays as it is, and so do the entities.
-
-        Args:
-            joint: Which one.
-            kind: Replaces all that the kind says, or makes it another kind.
-            frame_in_a: The joint frame in a: a position in metres, or (position, orientation).
-            frame_in_b: The same in b.
-            collide_connected: Whether both may touch each other.
-            break_force: N that it holds at most; `math.inf` is any.
-            break_torque: N*m about the origin of frame b that it holds at most; `math.inf` is any.
-        """
-        given = {
-            "frame_in_a": _encode.frame(frame_in_a, "frame_in_a"),
-            "frame_in_b": _encode.frame(frame_in_b, "frame_in_b"),
-            "collide_connected": collide_connected,
-            "break_force": break_force,
-            "break_torque": break_torque,
-        }
-        fields = {} if kind is None else joints.encode(kind)
-        fields |= {name: value for name, value in given.items() if value is not None}
-        # A field that is named and not set is as it was when nobody said anything of it.
-        said = {name: value for name, value in fields.items() if value != math.inf}
-        if kind is None:
-            # A joint without a kind is refused; one that the mask does not name is not looked at.
-            said["fixed"] = wire.FixedJoint()
-        update = wire.UpdateJoint(joint=make.Joint(id=joints.joint_id(joint, self._home), **said))
-        update.update_mask.paths.extend(fields)
-        self._submit(wire.Command(update_joint=update))
-
-    def remove_joint(self, joint: Joint | int) -> None:
-        """Removes a joint."""
-        self._submit(wire.Command(delete_joint=wire.DeleteJoint(joint_id=joints.joint_id(joint, self._home))))
-
-    def set_motors(self, of: Iterable[Joint | int] | Any, velocities: Any, positions: Any = None) -> None:
-        """Sets the targets of the first motor of many joints: the fast way.
-
-        Args:
-            of: n joints or an array of n ids; of none nothing is done.
-            velocities: (n,), m/s or rad/s.
-            positions: (n,), m or rad, when all of them drive to a position; None leaves them.
-        """
-        columns = make.SetMotorColumns(
-            joint_ids=joints.joint_column(of, "of", self._home),
-            targets=_arguments.number_column(velocities, "velocities"),
-            positions=b"" if positions is None else _arguments.number_column(positions, "positions"),
-        )
-        if _has_rows(columns.joint_ids, velocities=columns.targets, positions=columns.positions):
-            self._submit(wire.Command(set_motors=columns))
-
-    @explained(ShapeOptions)
-    def add_sphere(self, *, radius: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a ball of this radius in metres.
-
-        Without mass or density the world's default density counts.
-        """
-        return self._add("add_sphere", model.Sphere(radius), options)
-
-    @explained(ShapeOptions)
-    def add_box(self, *, half_extents: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a block with these half edges in metres."""
-        return self._add("add_box", model.Box(half_extents), options)
-
-    @explained(ShapeOptions)
-    def add_capsule(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a cylinder along its z with round ends; `half_length` in metres is of the straight part."""
-        return self._add("add_capsule", model.Capsule(radius, half_length), options)
-
-    @explained(ShapeOptions)
-    def add_cylinder(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a cylinder along its z with flat ends; metres."""
-        return self._add("add_cylinder", model.Cylinder(radius, half_length), options)
-
-    @explained(ShapeOptions)
-    def add_cone(self, *, radius: float = 0.5, half_length: float = 0.5, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a cone with its apex at its z = half_length and its base across -half_length; metres."""
-        return self._add("add_cone", model.Cone(radius, half_length), options)
-
-    @explained(ShapeOptions)
-    def add_ellipsoid(self, *, semi_axes: Vector = (0.5, 0.5, 0.5), **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds an ellipsoid with these half axes in metres."""
-        return self._add("add_ellipsoid", model.Ellipsoid(semi_axes), options)
-
-    @explained(ShapeOptions)
-    def add_convex_hull(self, vertices: Any, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds the smallest convex body around (n, 3) points in metres."""
-        return self._add("add_convex_hull", model.ConvexHull(vertices), options)
-
-    @explained(ShapeOptions)
-    def add_mesh(self, vertices: Any, indices: Any, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a static (or, with motion="kinematic", kinematic) surface of triangles; see `TriangleMesh`."""
-        return self._add_ground("add_mesh", model.TriangleMesh(vertices, indices), options)
-
-    @explained(ShapeOptions)
-    def add_heightfield(self, heights: Any, *, cell_size: float = 1.0, **options: Unpack[ShapeOptions]) -> Entity:
-        """Adds a static (or, with motion="kinematic", kinematic) ground of heights; see `Heightfield`."""
-        return self._add_ground("add_heightfield", model.Heightfield(heights, cell_size), options)
-
-    @explained(ShapeOptions)
-    def add_plane(
-        self, *, normal: Vector = (0.0, 0.0, 1.0), offset: float = 0.0, **options: Unpack[ShapeOptions]
-    ) -> Entity:
-        """Adds a static half space, solid where dot(normal, p) <= offset; offset in metres."""
-        return self._add_ground("add_plane", model.Plane(normal, offset), options)
-
-    @explained(EntityOptions)
-    def add_entity(
-        self, *, geometries: Sequence[model.Geometry] = (), physics: bool = True, **options: Unpack[EntityOptions]
-    ) -> Entity:
-        """Adds an entity with any number of geometries, or without physics.
-
-        Args:
-            geometries: What it collides with; without any it needs a mass.
-            physics: False for something that stays where it is put and collides with nothing.
-            options: See below.
-        """
-        _encode.known(options, _encode.ENTITY_KEYWORDS, "add_entity")
-        if not physics:
-            told = {**options, "geometries": geometries or None}
-            _refuse(told, _encode.BODY_KEYWORDS, "physics=False makes what has no body")
-        return self._create(_encode.entity(self._home, geometries=geometries, physics=physics, **options))
-
-    @explained(EntityOptions)
-    def update_entity(
-        self,
-        entity: Entity | int,
-        *,
-        clear: Sequence[str] = (),
-        **options: Any,
-    ) -> None:
-        """Changes a live entity: what is given is replaced, the rest stays.
-
-        Args:
-            entity: Which.
-            clear: Keywords whose values it loses or takes back to their defaults: "mass", "visual", "physics" ...
-            options: Keywords of `add_entity`. geometries are all that it has from then on: keep the id of one that
-                stays; of one that is changed too. A mass, centre or tensor replaces all three. A position or an
-                orientation alone leaves the other one, as `set_pose` does; None leaves it, too. Physics comes to an
-                entity without by physics=True, with all that belongs to it.
-        """
-        pose = {name: options.pop(name, None) for name in ("position", "orientation")}
-        halves = [name for name, value in pose.items() if value is not None]
-        if len(halves) == 2:
-            options |= pose
-        whole = options.pop("physics", None)
-        if whole is False:
-            _refuse(options, _encode.BODY_KEYWORDS, "physics=False takes the body away")
-        cleared = [*_encode.cleared(clear), *(["rigid_body"] if whole is False else [])]
-        message, paths = _encode.entity_update(self._home, options, whole=bool(whole))
-        message.id = _encode.entity_id(entity, self._home)
-        commands = []
-        if paths or cleared or not halves:
-            update = wire.UpdateEntity(entity=message)
-            update.update_mask.paths.extend([*paths, *cleared])
-            commands.append(wire.Command(update_entity=update))
-        if len(halves) == 1:
-            # An update replaces the whole pose. After it, so that a half is not lost to what it clears.
-            half = make.SetPose(entity_id=message.id, pose=_encode.pose(**pose))
-            commands.append(wire.Command(set_pose=half))
-        self._submit(*commands)
-
-    def remove(self, entity: Entity | int) -> None:
-        """Removes an entity and the joints that hold it."""
-        self._submit(wire.Command(delete_entity=wire.DeleteEntity(entity_id=_encode.entity_id(entity, self._home))))
 
     def apply_force(
         self,
@@ -353,7 +99,7 @@ class Commands:
             torques=b"" if torques is None else _arguments.row_column(torques, 3, "torques"),
             sampled=sampled,
         )
-        if _has_rows(columns.entity_ids, forces=columns.forces, torques=columns.torques):
+        if has_rows(columns.entity_ids, forces=columns.forces, torques=columns.torques):
             self._submit(wire.Command(apply_forces=columns))
 
     def add_field(
@@ -458,37 +204,6 @@ class Commands:
         """
         stepper = _encode.stepper(step_size, quality, solver, substeps, iterations, engine_only)
         self._submit(wire.Command(set_stepper=wire.SetStepper(stepper=stepper)))
-
-    def _add_ground(self, verb: str, shape: model.Shape, options: Any) -> Entity:
-        options.setdefault("motion", "static")
-        # Whether an engine moves such a shape is for the server to say, but nobody moves what shall not be dynamic.
-        if str(options["motion"]).lower() != "dynamic":
-            _refuse(options, _OF_WHAT_MOVES, f"{verb} makes what nothing pushes")
-        return self._add(verb, shape, options)
-
-    def _add(self, verb: str, shape: model.Shape, options: Any) -> Entity:
-        _encode.known(options, _SHAPE_KEYWORDS, verb)
-        if options.get("mass") is not None and options.get("density") is not None:
-            raise ValueError("give mass or density, not both")
-        of_geometry = {key: options.pop(key) for key in _encode.GEOMETRY_KEYWORDS if key in options}
-        geometry = model.Geometry(shape=shape, **of_geometry)
-        return self._create(_encode.entity(self._home, geometries=[geometry], **options), verb)
-
-
-def _refuse(options: Any, keywords: Iterable[str], why: str) -> None:
-    """Raises ValueError for what would be left out in silence."""
-    for name in keywords:
-        if options.get(name) is not None:
-            raise ValueError(f"{name} has no effect here: {why}")
-
-
-def _has_rows(ids: bytes, **columns: bytes) -> bool:
-    """Returns whether there is something to do; raises ValueError for rows of nobody."""
-    for name, column in columns.items():
-        if column and not ids:
-            raise ValueError(f"{name} has rows, but nobody is named")
-    return bool(ids)
-
 
 def _acts(*, point: Vector | None, **pushes: Vector | None) -> None:
     """Raises ValueError for what pushes nobody: `pushes` are what acts at the point and what turns."""

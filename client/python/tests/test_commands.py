@@ -10,7 +10,7 @@ import pytest
 from fake_server import FIRST_ID, FakeServer, answer_step, last_command, refuse
 
 import genphys
-from genphys import EntityOptions, ShapeOptions, _contract, _encode, commands
+from genphys import EntityOptions, ShapeOptions, _contract, _encode, _entity_verbs
 from genphys._contract import wire
 from genphys.commands import Commands
 
@@ -225,7 +225,7 @@ def test_it_can_be_had_without_docstrings():
 def test_help_tells_the_keywords_of_what_adds_a_shape(world, verb):
     told = re.findall(r"^    (\w+): ", getattr(Commands, verb).__doc__.partition("Keywords:")[2], re.MULTILINE)
 
-    assert sorted(told) == sorted(ShapeOptions.__annotations__) == sorted(commands._SHAPE_KEYWORDS)
+    assert sorted(told) == sorted(ShapeOptions.__annotations__) == sorted(_entity_verbs._SHAPE_KEYWORDS)
 
 
 def test_help_tells_the_keywords_of_what_adds_and_changes_an_entity():
