@@ -443,9 +443,10 @@ class Sweeper {
       if (!meeting) return std::nullopt;
       // Another corner than the one that is in touch came down before it was so deep.
       if (depth > 0) {
-        const double surfaced = SurfacedBefore(mine, theirs, *meeting, depth, encounter.time);
-        const double latest = encounter.time < step_size_ ? encounter.time - kLeastTime * step_size_ : encounter.time;
-        if (surfaced <= latest) meeting->time = surfaced;
+        const TurnedMeeting surfaced = SurfacedBefore(mine, theirs, *meeting, depth, encounter.time);
+        const bool is_since_blow = encounter.time < step_size_;
+        const double earliest = encounter.time - (is_since_blow ? kLeastTime * step_size_ : 0);
+        if (surfaced.time <= earliest) meeting = surfaced;
       }
       const Vector3 approach = own.BodyBefore(meeting->time).VelocityAt(meeting->position) -
                                others.BodyBefore(meeting->time).VelocityAt(meeting->position);

@@ -121,8 +121,8 @@ std::optional<TurnedMeeting> FindTurnedMeeting(const TurningGeometry& a, const T
   return std::nullopt;
 }
 
-double SurfacedBefore(const TurningGeometry& a, const TurningGeometry& b, const TurnedMeeting& meeting, double depth,
-                      double time) {
+TurnedMeeting SurfacedBefore(const TurningGeometry& a, const TurningGeometry& b, const TurnedMeeting& meeting,
+                             double depth, double time) {
   const Placement place_a = ToPlacement(a.motion.PoseBefore(meeting.time));
   const Placement place_b = ToPlacement(b.motion.PoseBefore(meeting.time));
   const Vector3 on_a = place_a.ToLocal(meeting.position - depth * meeting.normal);
@@ -132,12 +132,13 @@ double SurfacedBefore(const TurningGeometry& a, const TurningGeometry& b, const 
     return (a.motion.PoseBefore(before).Transform(on_a) - there.Transform(on_b)).dot(there.orientation * normal);
   };
   double below = meeting.time, above = time;
-  if (!(height(above) > 0)) return meeting.time;
+  if (!(height(above) > 0)) return meeting;
   for (int look = 0; look < kSurfaceLooks; ++look) {
     const double middle = (below + above) / 2;
     (height(middle) > 0 ? above : below) = middle;
   }
-  return above;
+  const Pose there = b.motion.PoseBefore(above);
+  return {above, there.orientation * normal, there.Transform(on_b)};
 }
 
 double DepthBefore(const TurningGeometry& a, const TurningGeometry& b, double time) {

@@ -27,10 +27,10 @@ struct TurnedMeeting {
 std::optional<TurnedMeeting> FindTurnedMeeting(const TurningGeometry& a, const TurningGeometry& b, double time,
                                                double step, double depth);
 
-/// When the point of `a` that is `depth` (m) in `b` as they meet came to the surface there, s before the end, if that
-/// was in the last `time` seconds; else when they meet.
-double SurfacedBefore(const TurningGeometry& a, const TurningGeometry& b, const TurnedMeeting& meeting, double depth,
-                      double time);
+/// Where the point of `a` that is `depth` (m) in `b` as they meet came to the surface there, if that was in the last
+/// `time` seconds; else `meeting`.
+TurnedMeeting SurfacedBefore(const TurningGeometry& a, const TurningGeometry& b, const TurnedMeeting& meeting,
+                             double depth, double time);
 
 /// By how much (m) they overlap `time` seconds before the end; negative: they do not.
 double DepthBefore(const TurningGeometry& a, const TurningGeometry& b, double time);

@@ -43,7 +43,7 @@ std::optional<Separation> SeparationNear(const Solid& a, const Solid& b, double 
   const double overlap = OverlapAlong(a, b, shrunk.normal());
   if (overlap < -gap_max) return Separation{.normal = shrunk.normal(), .depth = overlap};
   const std::optional<LeastOverlap> least = TurnToLeast(a, b, query, shrunk);
-  if (!least) return std::nullopt;
+  if (!least || least->depth > overlap) return std::nullopt;
   return Rounded(a, b, *least);
 }
 
